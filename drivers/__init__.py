@@ -1,0 +1,1 @@
+"""Bytes and instruments: gyros, accelerometers and turntables. Nothing here knows of north."""

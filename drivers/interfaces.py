@@ -1,0 +1,239 @@
+"""The seams of the hardware: links, instruments, and the sample blocks that they yield.
+
+A link carries bytes; an instrument is a codec, a link and deadlines. One instrument may fill
+two roles: a KVH 1750 is gyro and accelerometer at once, on one link that is opened once.
+"""
+
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
+from typing import ClassVar, Literal, NamedTuple, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+Role = Literal["gyro", "accelerometer", "turntable"]
+
+
+class Chunk(NamedTuple):
+    """Bytes as they came, with the loop time at which the last of them arrived."""
+
+    data: bytes
+    arrival_s: float
+
+
+class Link(Protocol):
+    """A byte stream to one instrument; reads never wait without a deadline."""
+
+    @property
+    def name(self) -> str:
+        """Return what an error message calls this link: ``/dev/ttyUSB0``, ``sim:gyro``."""
+
+    async def open(self) -> None:
+        """Open, or open again after a failure.
+
+        Raises:
+            TransportError: The port is absent, busy or gone.
+        """
+
+    async def close(self) -> None:
+        """Release the port; closing twice is harmless."""
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes.
+
+        Raises:
+            TransportError: The port is gone or takes nothing.
+        """
+
+    async def read(self, timeout_s: float) -> Chunk:
+        """Return what has arrived, waiting for the first byte at most ``timeout_s``.
+
+        Raises:
+            LinkTimeoutError: Nothing came in time.
+            TransportError: The port is gone.
+        """
+
+    def set_baudrate(self, baudrate: int) -> None:
+        """Change the line speed; a link without one (memory, TCP) ignores it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who answered: model and serial number as the device reports them."""
+
+    vendor: str
+    model: str
+    serial_number: str
+    firmware: str = ""
+
+
+@dataclass(slots=True)
+class Counters:
+    """What has come over a link since it was opened."""
+
+    frames: int = 0
+    crc_errors: int = 0
+    lost: int = 0
+    reconnects: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class SampleBlock:
+    """Consecutive samples of one inertial instrument, k of them.
+
+    An axis that the instrument does not have, or did not send, is NaN and not valid.
+
+    Attributes:
+        tick: Sample number in the device's own count, wraps resolved; a step of more than one
+            is lost samples. ``tick * sample_period_s`` is device time. Shape ``(k,)``.
+        time_s: The same instants in loop time, shape ``(k,)``.
+        rate_rad_s: Angular rate x, y, z, rad/s, shape ``(k, 3)``.
+        specific_force_g: Specific force x, y, z in standard gravities (9.80665 m/s^2), +1 on
+            the axis that points up, shape ``(k, 3)``.
+        rate_valid: The device's own validity of each rate, shape ``(k, 3)``.
+        force_valid: The same for the specific force, shape ``(k, 3)``.
+        temperature_deg_c: Shape ``(k,)``, NaN where the device sends none.
+    """
+
+    tick: IntArray
+    time_s: FloatArray
+    rate_rad_s: FloatArray
+    specific_force_g: FloatArray
+    rate_valid: BoolArray
+    force_valid: BoolArray
+    temperature_deg_c: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.tick)
+
+
+class Listener(Protocol):
+    """One reader of an instrument's samples, from the moment it began to listen."""
+
+    async def next(self, timeout_s: float) -> SampleBlock:
+        """Return the next block.
+
+        Raises:
+            LinkTimeoutError: The instrument fell silent.
+            TransportError: The link is gone and did not come back.
+        """
+
+
+class Instrument(Protocol):
+    """What every instrument has; the roles below add to it."""
+
+    roles: ClassVar[frozenset[Role]]
+    baudrate: ClassVar[int]
+
+    def __init__(self, link: Link) -> None: ...
+
+    @property
+    def link_name(self) -> str:
+        """Return the link's name, for messages and for the record."""
+
+    @property
+    def identity(self) -> Identity:
+        """Return who answered; known once open."""
+
+    @property
+    def counters(self) -> Counters:
+        """Return the counters of frames and losses."""
+
+    async def open(self) -> Self:
+        """Open the link, identify the device, configure it; refuse another device.
+
+        Raises:
+            TransportError: The port is absent or busy, or nothing answers in time.
+            ProtocolError: Something else answers.
+            DeviceFaultError: The device reports that it is broken.
+        """
+
+    async def close(self) -> None:
+        """Leave the device as it was found and release the link; never raises DriverError."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseSpecification:
+    """What the data sheet promises; a prediction uses it where nothing better is known.
+
+    The mean of the rate over T seconds has sigma ``angle_random_walk_rad_sqrt_s / sqrt(T)``,
+    that of the specific force ``force_noise_g_sqrt_s / sqrt(T)``.
+    """
+
+    angle_random_walk_rad_sqrt_s: float
+    bias_instability_rad_s: float
+    force_noise_g_sqrt_s: float
+
+
+class InertialSensor(Instrument, Protocol):
+    """A gyro, an accelerometer, or both: a steady stream of sample blocks."""
+
+    @property
+    def sample_period_s(self) -> float:
+        """Return the time between samples by the device's own clock; known once open."""
+
+    @property
+    def noise(self) -> NoiseSpecification:
+        """Return the data sheet's noise."""
+
+    def listen(self) -> AbstractAsyncContextManager[Listener]:
+        """Begin to listen; samples that came before are not delivered."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableState:
+    """The table at one moment; the angle is counter-clockwise seen from above."""
+
+    angle_rad: float
+    moving: bool
+    homed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class MotionLimits:
+    """How fast the table turns; known once open."""
+
+    speed_rad_s: float
+    acceleration_rad_s2: float
+
+
+class Turntable(Instrument, Protocol):
+    """An indexing table. ``stop`` may be called at any time, also while a move is awaited."""
+
+    @property
+    def limits(self) -> MotionLimits:
+        """Return the speed and acceleration of moves."""
+
+    async def state(self) -> TableState:
+        """Ask where the table is.
+
+        Raises:
+            LinkTimeoutError: No answer.
+            DeviceFaultError: It reports a fault.
+        """
+
+    async def home(self) -> TableState:
+        """Find the reference; returns when at rest.
+
+        Raises:
+            DeviceFaultError: The table stalled or did not find it.
+        """
+
+    async def move_to(self, angle_rad: float) -> TableState:
+        """Turn to an absolute angle, no wrap; returns when at rest there.
+
+        Raises:
+            DeviceFaultError: The table stalled, was stopped, lost its reference or stopped
+                short; the message says where.
+        """
+
+    async def stop(self) -> None:
+        """Stop now.
+
+        Raises:
+            LinkTimeoutError: The table did not confirm that it stands.
+        """
