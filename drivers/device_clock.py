@@ -52,7 +52,8 @@ class DeviceClock:
             steps[0] += self._missed_wraps(int(steps.sum()), arrival_s)
         tick = self._tick + np.cumsum(steps)
         self._counter, self._tick, self._arrival_s = int(counter[-1]), int(tick[-1]), arrival_s
-        return tick, tick * self._period_s + self._epoch(arrival_s)
+        time_s: FloatArray = tick * self._period_s + self._epoch(arrival_s)
+        return tick, time_s
 
     def restart(self, arrival_s: float) -> None:
         """Begin anew after the link or the device was away; ticks go on by the time passed."""
@@ -65,7 +66,8 @@ class DeviceClock:
         previous = self._counter if self._counter >= 0 else counter[0] - self._counts_per_sample
         counts = np.diff(counter, prepend=previous) % self._modulus
         counts[counts == 0] = self._modulus
-        return np.maximum(1, counts // self._counts_per_sample)
+        steps: IntArray = np.maximum(1, counts // self._counts_per_sample)
+        return steps
 
     def _missed_wraps(self, ticks: int, arrival_s: float) -> int:
         wrap = self._modulus // self._counts_per_sample
