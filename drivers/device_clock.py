@@ -52,7 +52,7 @@ class DeviceClock:
             steps[0] += self._missed_wraps(int(steps.sum()), arrival_s)
         tick = self._tick + np.cumsum(steps)
         self._counter, self._tick, self._arrival_s = int(counter[-1]), int(tick[-1]), arrival_s
-        time_s: FloatArray = tick * self._period_s + self._epoch(arrival_s)
+        time_s = tick.astype(np.float64) * self._period_s + self._epoch(arrival_s)
         return tick, time_s
 
     def restart(self, arrival_s: float) -> None:

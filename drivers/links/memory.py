@@ -3,17 +3,16 @@
 import asyncio
 from collections.abc import Callable
 
-from drivers.errors import LinkTimeoutError, TransportError
+from drivers.errors import TransportError
 from drivers.interfaces import Chunk
-
-_CAPACITY_BYTES = 1 << 22  # what a driver that stopped reading may pile up before it is told
+from drivers.links.inbox import Inbox
 
 
 class MemoryLink:
     """Both ends of a byte stream within one event loop.
 
     The driver holds it as its ``Link``; the device side calls :meth:`deliver` and is called
-    back with what the driver writes. ``connected`` unplugs the cable, for tests of that.
+    back with what the driver writes.
 
     Args:
         name: What messages call the link.
@@ -23,11 +22,8 @@ class MemoryLink:
     def __init__(self, name: str, on_write: Callable[[bytes], None]) -> None:
         self._name = name
         self._on_write = on_write
-        self._buffer = bytearray()
-        self._arrival_s = 0.0
-        self._arrived = asyncio.Event()
-        self._open = False
-        self.connected = True
+        self._inbox: Inbox | None = None
+        self._plugged_in = True
 
     @property
     def name(self) -> str:
@@ -36,64 +32,48 @@ class MemoryLink:
 
     async def open(self) -> None:
         """Open; bytes sent before are gone, as on a port."""
-        self._check_cable()
-        self._buffer.clear()
-        self._arrived.clear()
-        self._open = True
+        if not self._plugged_in:
+            raise self._gone()
+        self._inbox = Inbox(self._name)
 
     async def close(self) -> None:
         """Close; what the device sends from now on is lost."""
-        self._open = False
+        self._inbox = None
 
     async def write(self, data: bytes) -> None:
         """Hand the bytes to the device at once."""
-        self._check_open()
+        self._opened()
+        if not self._plugged_in:
+            raise self._gone()
         self._on_write(data)
 
     async def read(self, timeout_s: float) -> Chunk:
         """Return everything delivered since the last read."""
-        self._check_open()
-        if not self._buffer:
-            await self._wait(timeout_s)
-            self._check_open()
-        data = bytes(self._buffer)
-        self._buffer.clear()
-        self._arrived.clear()
-        return Chunk(data, self._arrival_s)
+        return await self._opened().get(timeout_s)
 
     def set_baudrate(self, baudrate: int) -> None:
         """Memory has no line speed."""
 
     def deliver(self, data: bytes) -> None:
         """Send bytes from the device to the driver."""
-        if not (self._open and self.connected):
-            return
-        if len(self._buffer) + len(data) > _CAPACITY_BYTES:
-            self._buffer.clear()  # as a serial port does: the oldest are overrun
-        self._buffer += data
-        self._arrival_s = asyncio.get_running_loop().time()
-        self._arrived.set()
+        if self._inbox is not None and self._plugged_in and data:
+            self._inbox.put(data, asyncio.get_running_loop().time())
 
     def unplug(self) -> None:
-        """Pull the cable: the pending read and every later call fail until plugged in."""
-        self.connected = False
-        self._arrived.set()
+        """Pull the cable: the pending read and every later call fail until plugged in again."""
+        self._plugged_in = False
+        if self._inbox is not None:
+            self._inbox.fail(self._gone())
 
-    async def _wait(self, timeout_s: float) -> None:
-        try:
-            async with asyncio.timeout(timeout_s):
-                await self._arrived.wait()
-        except TimeoutError:
-            msg = f"{self._name} was silent for {timeout_s:g} s"
-            raise LinkTimeoutError(msg) from None
+    def plug_in(self) -> None:
+        """Push the cable back in; the driver has to open the link again."""
+        self._plugged_in = True
 
-    def _check_open(self) -> None:
-        self._check_cable()
-        if not self._open:
+    def _opened(self) -> Inbox:
+        if self._inbox is None:
             msg = f"{self._name} is not open"
             raise TransportError(msg)
+        return self._inbox
 
-    def _check_cable(self) -> None:
-        if not self.connected:
-            msg = f"{self._name} is gone; check its cable"
-            raise TransportError(msg)
+    def _gone(self) -> TransportError:
+        return TransportError(f"{self._name} is gone; check its cable")

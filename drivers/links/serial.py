@@ -1,0 +1,140 @@
+"""Serial ports, and whatever else pyserial opens by URL: ``socket://``, ``rfc2217://``, ``spy://``.
+
+One reader thread per port hands bytes to the event loop in bursts of about ten milliseconds, as
+USB converters do anyway: at 1 kHz a hand-over per sample would cost a fifth of a core.
+"""
+
+import asyncio
+import errno
+import threading
+from contextlib import suppress
+
+import serial
+from serial.tools import list_ports
+
+from drivers.errors import TransportError
+from drivers.interfaces import Chunk
+from drivers.links.inbox import Inbox
+
+_BURST_S = 0.01
+_BURST_BYTES = 1 << 16  # never full: the burst ends by time
+_WRITE_TIMEOUT_S = 1.0
+
+
+class SerialLink:
+    """A byte stream over a serial port, 8N1, no flow control, opened for this process alone.
+
+    Args:
+        url: A port (``/dev/ttyUSB0``, ``COM3``) or a pyserial URL (``socket://host:port``).
+        baudrate: Line speed; ignored where there is no line.
+    """
+
+    def __init__(self, url: str, baudrate: int) -> None:
+        self._url = url
+        self._baudrate = baudrate
+        self._port: serial.SerialBase | None = None
+        self._inbox = Inbox(url)
+        self._reader: threading.Thread | None = None
+        self._closing = threading.Event()
+
+    @property
+    def name(self) -> str:
+        """Return the port or URL."""
+        return self._url
+
+    async def open(self) -> None:
+        """Open the port, or open it again; bytes of before are gone."""
+        await self.close()
+        loop = asyncio.get_running_loop()
+        self._inbox = Inbox(self._url)
+        self._closing = threading.Event()
+        self._port = await loop.run_in_executor(None, self._open_port)
+        self._reader = threading.Thread(
+            target=self._read_for_ever,
+            args=(self._port, self._inbox, self._closing, loop),
+            name=f"reader of {self._url}",
+            daemon=True,
+        )
+        self._reader.start()
+
+    async def close(self) -> None:
+        """Close the port and join its reader."""
+        port, reader = self._port, self._reader
+        self._port = self._reader = None
+        self._closing.set()
+        if reader is not None:
+            await asyncio.get_running_loop().run_in_executor(None, reader.join)
+        if port is not None:
+            with suppress(OSError):  # a port that is gone cannot be closed either
+                port.close()
+
+    async def write(self, data: bytes) -> None:
+        """Send bytes; commands are far smaller than the kernel's buffer, so this does not wait."""
+        try:
+            self._opened().write(data)
+        except (serial.SerialException, OSError) as error:
+            raise self._failure(error) from error
+
+    async def read(self, timeout_s: float) -> Chunk:
+        """Return everything that the reader thread has handed over."""
+        self._opened()
+        return await self._inbox.get(timeout_s)
+
+    def set_baudrate(self, baudrate: int) -> None:
+        """Change the line speed, now and for every later open."""
+        self._baudrate = baudrate
+        if self._port is not None:
+            self._port.baudrate = baudrate
+
+    def _opened(self) -> serial.SerialBase:
+        if self._port is None:
+            msg = f"{self._url} is not open"
+            raise TransportError(msg)
+        return self._port
+
+    def _open_port(self) -> serial.SerialBase:
+        try:
+            port = serial.serial_for_url(
+                self._url,
+                baudrate=self._baudrate,
+                timeout=_BURST_S,
+                write_timeout=_WRITE_TIMEOUT_S,
+                exclusive=True,
+            )
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise self._failure(error) from error
+        return port
+
+    def _read_for_ever(
+        self,
+        port: serial.SerialBase,
+        inbox: Inbox,
+        closing: threading.Event,
+        loop: asyncio.AbstractEventLoop,
+    ) -> None:
+        while not closing.is_set():
+            try:
+                data = port.read(_BURST_BYTES)
+            except (serial.SerialException, OSError) as error:
+                loop.call_soon_threadsafe(inbox.fail, self._failure(error))
+                return
+            if data:
+                loop.call_soon_threadsafe(inbox.put, data, loop.time())
+
+    def _failure(self, error: Exception) -> TransportError:
+        return TransportError(f"{self._url}: {_reason(error)}")
+
+
+def _reason(error: Exception) -> str:
+    """Say what is wrong with the port and what to do, for what the operating system said."""
+    number, text = getattr(error, "errno", None), str(error)
+    if number == errno.ENOENT or "FileNotFoundError" in text:
+        present = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
+        return f"there is no such port; check the cable. Ports present: {present}"
+    if number == errno.EACCES or "PermissionError" in text:
+        return "no permission, or another program holds it (on Linux: join the group dialout)"
+    if number in {errno.EBUSY, errno.EAGAIN} or "exclusively lock" in text:
+        return "another program holds the port; close that program"
+    if number == errno.ECONNREFUSED:
+        return "nothing listens there; start the server or check the address"
+    return f"the port failed ({text})"

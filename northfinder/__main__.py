@@ -1,0 +1,5 @@
+"""``python -m northfinder``."""
+
+from northfinder.cli import main
+
+main()

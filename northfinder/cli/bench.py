@@ -1,0 +1,8 @@
+"""``northfinder bench``: measurements of this machine."""
+
+import click
+
+
+@click.command()
+def bench() -> None:
+    """Measure."""

@@ -1,0 +1,126 @@
+"""Options that several commands share."""
+
+import functools
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from northfinder.config import RigConfig, Tree, load_config
+from northfinder.procedures.north_seek import Plan
+from northfinder.records import default_url
+from northfinder.validation import validated
+
+Command = Callable[..., Any]
+
+# Option name: section and key of the configuration, unit or type, help.
+_RIG_OPTIONS: dict[str, tuple[str, str, str, str]] = {
+    "latitude": ("site", "latitude_deg", "DEG", "Geodetic latitude, north positive."),
+    "sim_azimuth": ("simulation", "azimuth_deg", "DEG", "True azimuth of the index mark."),
+    "sim_pitch": ("simulation", "pitch_deg", "DEG", "Elevation of the index mark."),
+    "sim_roll": ("simulation", "roll_deg", "DEG", "Roll about it, right side down."),
+    "sim_gyro_noise": ("simulation", "gyro_noise_deg_sqrt_h", "DEG/SQRT(H)", "Angle random walk."),
+    "sim_gyro_bias": ("simulation", "gyro_bias_deg_h", "DEG/H", "Constant bias."),
+    "sim_gyro_drift": ("simulation", "gyro_drift_deg_h_h", "DEG/H/H", "Linear drift."),
+    "sim_gyro_bias_instability": (
+        "simulation",
+        "gyro_bias_instability_deg_h",
+        "DEG/H",
+        "Flicker floor.",
+    ),
+    "sim_accel_noise": (
+        "simulation",
+        "accel_noise_g_sqrt_hz",
+        "G/SQRT(HZ)",
+        "Accelerometer noise.",
+    ),
+    "seed": ("simulation", "seed", "N", "Equal seeds give equal results."),
+    "sim_speed": ("simulation", "speed", "X", "Multiple of real time; inf is as fast as it goes."),
+}
+
+
+def rig_options(command: Command) -> Command:
+    """Add --config and the simulated rig's options; the command receives ``config``."""
+
+    @functools.wraps(command)
+    def with_config(*args: Any, config: Path | None, **given: Any) -> Any:  # noqa: ANN401 - click's
+        options: Tree = {}
+        for name, (section, key, _, _) in _RIG_OPTIONS.items():
+            value = given.pop(name)
+            if value is not None:
+                options.setdefault(section, {})[key] = value
+        return command(*args, config=load_config(config, os.environ, options), **given)
+
+    decorated: Command = with_config
+    for name, (_, _, unit, text) in reversed(_RIG_OPTIONS.items()):
+        kind = int if name == "seed" else float
+        flag = "--" + name.replace("_", "-")
+        decorated = click.option(flag, name, type=kind, metavar=unit, help=text)(decorated)
+    with_file: Command = click.option(
+        "--config",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="The rig.toml; without one, the simulated rig.",
+    )(decorated)
+    return with_file
+
+
+def plan_options(command: Command) -> Command:
+    """Add what to measure; the command receives ``plan``."""
+
+    @functools.wraps(command)
+    def with_plan(*args: Any, **given: Any) -> Any:  # noqa: ANN401 - click's
+        keys = ("positions", "dwell_s", "order", "settle_s", "revolutions", "target_sigma_deg")
+        chosen = {key: value for key in keys if (value := given.pop(key)) is not None}
+        return command(*args, plan=validated(Plan, chosen, "plan"), **given)
+
+    defaults = Plan()
+    options = [
+        click.option("--positions", type=int, default=defaults.positions, help="Table angles."),
+        click.option(
+            "--dwell",
+            "dwell_s",
+            type=float,
+            default=defaults.dwell_s,
+            metavar="S",
+            help="Measuring time per angle, over all its visits.",
+        ),
+        click.option(
+            "--order",
+            type=click.Choice(["out-and-back", "sequential", "opposite", "auto"]),
+            default=defaults.order,
+            help="In which order the angles are visited.",
+        ),
+        click.option(
+            "--settle",
+            "settle_s",
+            type=float,
+            default=defaults.settle_s,
+            metavar="S",
+            help="Least wait after each move.",
+        ),
+        click.option("--revolutions", type=int, default=defaults.revolutions, help="Passes."),
+        click.option(
+            "--target-sigma",
+            "target_sigma_deg",
+            type=float,
+            metavar="DEG",
+            help="Choose the dwell so that one sigma is predicted to be this.",
+        ),
+    ]
+    decorated: Command = with_plan
+    for option in reversed(options):
+        decorated = option(decorated)
+    return decorated
+
+
+database_option = click.option(
+    "--database", metavar="URL", help="Where the records are kept, as a database URL."
+)
+
+
+def database_url(given: str | None, config: RigConfig) -> str:
+    """Return the database's URL: the option's, the configuration's, or the user's own folder."""
+    return given or config.database.url or default_url()

@@ -1,0 +1,237 @@
+"""What a finished revolution tells of itself: each check is one value against one limit.
+
+False alarms of the statistical checks by noise alone: a warning in about 1000 runs (0.27 % for
+the 3-sigma ones), a failure in about a million. What none of them can see is in docs/theory.md.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import chdtr, chdtrc
+
+from northfinder.estimators.arrays import FloatArray
+from northfinder.estimators.azimuth import AzimuthSolution, EarthRate
+from northfinder.estimators.drift import HIGHEST_ORDER, SIGNIFICANT_SIGMAS, unmodelled_drift
+from northfinder.estimators.harmonic import HarmonicFit
+from northfinder.estimators.student import sigma_limit, student_quantile
+from northfinder.estimators.tilt import TiltEstimate
+from northfinder.units import ARCMIN, DEG, DEG_PER_HOUR, HOUR
+
+Status = Literal["pass", "warn", "fail"]
+
+WARN_PROBABILITY = 1e-3
+FAIL_PROBABILITY = 1e-6
+WARN_TILT_RAD = 10.0 * DEG
+FAIL_TILT_RAD = 30.0 * DEG
+WARN_LATITUDE_RAD = 80.0 * DEG
+WARN_EARTH_RATE_Z = 3.0
+FAIL_EARTH_RATE_Z = 5.0
+FAIL_DRIFT_SIGMAS = 4.0  # a result that is off by more than 4 stated sigma is wrong
+WARN_LOST_FRACTION = 1e-3
+FAIL_LOST_FRACTION = 0.1
+WARN_INVALID_FRACTION = 0.0
+FAIL_INVALID_FRACTION = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A verdict in words: the value, its limit and what to do."""
+
+    name: str
+    status: Status
+    detail: str
+
+
+def check_residuals(
+    fit: HarmonicFit, within_visit_sigma: ArrayLike, sensor: Literal["gyro", "accelerometer"]
+) -> Check:
+    """Compare the scatter between visits with the sigma given, or with that within the visits.
+
+    A sensor whose samples are correlated (a low-pass narrower than its rate) shows less scatter
+    within a visit than it should, and warns here.
+
+    Args:
+        fit: One revolution's fit.
+        within_visit_sigma: Sigma of each visit's mean by the scatter of its samples, scalar or
+            ``(n,)``; used where the fit had no sigma given.
+        sensor: Whose fit it is.
+    """
+    name = "residuals" if sensor == "gyro" else "accelerometer residuals"
+    sigma = np.asarray(within_visit_sigma if fit.design.sigma is None else fit.design.sigma)
+    if fit.dof == 0 or not np.all(sigma > 0.0):
+        why = "no degrees of freedom" if fit.dof == 0 else "a visit whose samples do not scatter"
+        return Check(
+            name, "warn", f"The {sensor}'s noise could not be judged: {why}; measure more visits."
+        )
+    chi2 = float(np.sum((fit.residuals / sigma) ** 2))
+    source = "seen within the visits" if fit.design.sigma is None else "given"
+    ratio = f"{np.sqrt(chi2 / fit.dof):.2f} times the sigma {source}"
+    text = f"The {sensor}'s visits scatter {ratio} (chi-square {chi2:.1f}, {fit.dof} dof)"
+    excess, lack = float(chdtrc(fit.dof, chi2)), float(chdtr(fit.dof, chi2))
+    if excess < WARN_PROBABILITY:
+        status: Status = "fail" if excess < FAIL_PROBABILITY else "warn"
+        advice = "something besides noise moves the readings; look for vibration, drift or touch."
+        return Check(
+            name, status, f"{text}, which noise does with probability {excess:.1g}: {advice}"
+        )
+    if lack < WARN_PROBABILITY:
+        return Check(name, "warn", f"{text}: too little; the sigma {source} is too large.")
+    return Check(name, "pass", f"{text}, as noise does.")
+
+
+def studentised_residuals(fit: HarmonicFit) -> FloatArray:
+    """Externally studentised residuals: each judged by the scatter of all others, ``(..., n)``.
+
+    Student's t with ``dof - 1`` degrees of freedom (Cook and Weisberg 1982); zero where
+    a reading determines a parameter alone.
+    """
+    free = 1.0 - fit.design.leverage
+    scaled = np.divide(
+        fit.residuals * fit.design.weight,
+        np.sqrt(np.maximum(free, 0.0)),
+        out=np.zeros(fit.residuals.shape),
+        where=free > 1e-9,
+    )
+    others = np.maximum(fit.chi2[..., np.newaxis] - scaled**2, 0.0) / (fit.dof - 1)
+    t = np.zeros(scaled.shape)
+    np.divide(scaled, np.sqrt(others), out=t, where=others > 0.0)
+    return t
+
+
+def check_outliers(fit: HarmonicFit) -> Check:
+    """Look for one visit that does not belong, the limit widened for the number of visits."""
+    n = len(fit.design.angle_rad)
+    if fit.dof < 2:
+        return Check("outliers", "pass", f"{n} visits are too few to tell an outlier.")
+    t = np.abs(studentised_residuals(fit))
+    worst = int(np.argmax(t))
+    warn, fail = (
+        float(student_quantile(1.0 - p / (2 * n), fit.dof - 1))
+        for p in (WARN_PROBABILITY, FAIL_PROBABILITY)
+    )
+    angle_deg = fit.design.angle_rad[worst] / DEG
+    text = (
+        f"The largest residual, visit {worst} at {angle_deg:g} deg, is {t[worst]:.1f} times the "
+        f"scatter of the others (limit {warn:.1f})"
+    )
+    if t[worst] <= warn:
+        return Check("outliers", "pass", f"{text}.")
+    status: Status = "fail" if t[worst] > fail else "warn"
+    return Check("outliers", status, f"{text}: something disturbed that visit; measure again.")
+
+
+def check_earth_rate(rate: EarthRate) -> Check:
+    """Compare the horizontal Earth rate with the latitude's."""
+    z = abs(float(rate.z))
+    warn, fail = (float(sigma_limit(s, rate.dof)) for s in (WARN_EARTH_RATE_Z, FAIL_EARTH_RATE_Z))
+    text = (
+        f"The horizontal Earth rate is {float(rate.measured_rad_s) / DEG_PER_HOUR:.4f} deg/h, "
+        f"expected {float(rate.expected_rad_s) / DEG_PER_HOUR:.4f}: {z:.1f} sigma apart "
+        f"(limit {warn:.1f})"
+    )
+    if z <= warn:
+        return Check("earth rate", "pass", f"{text}.")
+    status: Status = "fail" if z > fail else "warn"
+    return Check("earth rate", status, f"{text}; check the latitude and the gyro's scale factor.")
+
+
+def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
+    """Look for a linear and a quadratic drift that the fit leaves out, and what they would do.
+
+    Raises:
+        ValueError: The fit's readings carry no time.
+    """
+    terms = unmodelled_drift(fit)
+    if not terms:
+        return Check("drift", "pass", f"Drift up to order {fit.design.drift_order} is fitted.")
+    seen = ", ".join(
+        f"{('linear', 'quadratic')[term.order - 1]} {abs(float(term.z)):.1f} sigma"
+        for term in terms
+    )
+    found = [term for term in terms if bool(term.significant)]
+    text = f"Drift across the revolution: {seen} (limit {SIGNIFICANT_SIGMAS:g})"
+    if not found:
+        return Check("drift", "pass", f"{text}.")
+    shift = sum(float(solution.jacobian[:2] @ term.response * term.coefficient) for term in found)
+    status: Status = (
+        "fail" if abs(shift) > FAIL_DRIFT_SIGMAS * float(solution.sigma_rad) else "warn"
+    )
+    sizes = " and ".join(
+        f"{float(term.coefficient) * HOUR**term.order / DEG_PER_HOUR:.3g} deg/h per "
+        f"{'h' if term.order < HIGHEST_ORDER else 'h^2'}"
+        for term in found
+    )
+    advice = "let the gyro warm up, or measure out and back twice."
+    return Check(
+        "drift", status, f"{text}; {sizes} moves the azimuth by {shift / ARCMIN:.2f}': {advice}"
+    )
+
+
+def check_tilt(tilt: TiltEstimate) -> Check:
+    """Compare the tilt with what the table and the accelerometer are good for."""
+    epsilon_deg = float(tilt.epsilon_rad) / DEG
+    text = f"The table is tilted by {epsilon_deg:.2f} deg (limit {WARN_TILT_RAD / DEG:g})"
+    if tilt.epsilon_rad <= WARN_TILT_RAD:
+        return Check("tilt", "pass", f"{text}.")
+    status: Status = "fail" if tilt.epsilon_rad > FAIL_TILT_RAD else "warn"
+    return Check("tilt", status, f"{text}; level it: scale factor and mounting errors grow.")
+
+
+def check_latitude(latitude_rad: float) -> Check:
+    """Warn where little of the Earth's rate is horizontal."""
+    text = (
+        f"Latitude {latitude_rad / DEG:.4f} deg leaves {np.cos(latitude_rad):.0%} of the Earth's "
+        f"rate to find north by (limit {WARN_LATITUDE_RAD / DEG:g} deg)"
+    )
+    if abs(latitude_rad) <= WARN_LATITUDE_RAD:
+        return Check("latitude", "pass", f"{text}.")
+    return Check("latitude", "warn", f"{text}; dwell longer.")
+
+
+def check_lost_samples(samples: ArrayLike, lost: ArrayLike) -> Check:
+    """Compare the samples that never arrived with those that should have, visit by visit.
+
+    Args:
+        samples: Samples that arrived in each visit.
+        lost: Samples that did not.
+    """
+    missing = np.asarray(lost, dtype=np.float64)
+    expected = np.asarray(samples, dtype=np.float64) + missing
+    limits = (WARN_LOST_FRACTION, FAIL_LOST_FRACTION)
+    advice = "check the cable, the baud rate and the load of this computer."
+    return _fraction_check("lost samples", "were lost", missing, expected, limits, advice)
+
+
+def check_invalid_samples(samples: ArrayLike, invalid: ArrayLike) -> Check:
+    """Compare the gyro samples that the gyro itself marked invalid with all that arrived."""
+    limits = (WARN_INVALID_FRACTION, FAIL_INVALID_FRACTION)
+    return _fraction_check(
+        "invalid samples",
+        "were marked invalid by the gyro",
+        np.asarray(invalid, dtype=np.float64),
+        np.asarray(samples, dtype=np.float64),
+        limits,
+        "read the gyro's self-test.",
+    )
+
+
+def _fraction_check(  # noqa: PLR0913, PLR0917 (the two sentences differ in each of these)
+    name: str,
+    verb: str,
+    part: FloatArray,
+    whole: FloatArray,
+    limits: tuple[float, float],
+    advice: str,
+) -> Check:
+    share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0.0)
+    worst = int(np.argmax(share))
+    text = (
+        f"{part.sum():.0f} of {whole.sum():.0f} samples {verb}, at most {share[worst]:.2%} in one "
+        f"visit (visit {worst}; limit {limits[0]:.1%})"
+    )
+    if share[worst] <= limits[0]:
+        return Check(name, "pass", f"{text}.")
+    status: Status = "fail" if share[worst] > limits[1] else "warn"
+    return Check(name, status, f"{text}; {advice}")

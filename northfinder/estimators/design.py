@@ -1,0 +1,226 @@
+"""The least-squares geometry of a revolution: everything about the fit but the readings.
+
+Model of one reading, with tau the time since the middle of its segment:
+
+    y = R_segment + a cos T + b sin T + sum over k of d_segment,k tau^k
+
+Columns stand in the order R, a, b and drift of the first segment, then R and drift of each
+further one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from northfinder.errors import EstimationError
+from northfinder.estimators.arrays import FloatArray, IntArray, as_finite
+from northfinder.units import DEG
+
+SAME_ANGLE_RAD = 1e-6  # 0.2 arc seconds: below any table's repeatability, above rounding
+_RANK_TOLERANCE = 1e-12  # of the largest singular value, columns scaled to unit length
+_ANGLES_IN_MESSAGE = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HarmonicDesign:
+    """Where and when n readings were taken, and the linear maps that follow from it.
+
+    Attributes:
+        angle_rad: Table angle plus mount angle of each reading, shape ``(n,)``.
+        time_s: Time of each reading, ``(n,)``, or None.
+        segment: Which segment, counted from 0, each reading belongs to, ``(n,)``.
+        labels: The caller's label of each segment, ascending.
+        drift_order: Degree of the drift polynomial of each segment.
+        sigma: Standard deviation of each reading, ``(n,)``; None where it is not known.
+        matrix: The model, ``(n, p)``.
+        gain: Parameters from readings, ``parameters = gain @ y``, ``(p, n)``.
+        unit_covariance: Covariance of the parameters for weights as given, ``(p, p)``.
+        complement: Weighted directions that the model leaves free, ``(n, n - p)``:
+            ``chi2 = |complement.T @ y|^2``, without cancellation.
+        leverage: Diagonal of the hat matrix, ``(n,)``.
+    """
+
+    angle_rad: FloatArray
+    time_s: FloatArray | None
+    segment: IntArray
+    labels: tuple[int, ...]
+    drift_order: int
+    sigma: FloatArray | None
+    matrix: FloatArray
+    gain: FloatArray
+    unit_covariance: FloatArray
+    complement: FloatArray
+    leverage: FloatArray
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom, readings less parameters."""
+        n, p = self.matrix.shape
+        return int(n - p)
+
+    @property
+    def weight(self) -> FloatArray:
+        """Whitening weights ``1 / sigma``, ones where sigma is not known, ``(n,)``."""
+        return np.ones_like(self.angle_rad) if self.sigma is None else 1.0 / self.sigma
+
+    def segment_columns(self, index: int) -> list[int]:
+        """Return the columns of R and drift of the segment counted from 0."""
+        if index == 0:
+            return [0, *range(3, 3 + self.drift_order)]
+        start = 3 + self.drift_order + (index - 1) * (1 + self.drift_order)
+        return list(range(start, start + 1 + self.drift_order))
+
+    def centred_time_s(self) -> FloatArray:
+        """Return the time since the middle (the mean) of each reading's segment, ``(n,)``.
+
+        Raises:
+            ValueError: The readings carry no time.
+        """
+        if self.time_s is None:
+            msg = "drift needs the time of each reading: give time_s to the fit"
+            raise ValueError(msg)
+        return _centred(self.time_s, self.segment)
+
+
+def distinct_angles(angle_rad: FloatArray) -> IntArray:
+    """Number the distinct angles modulo a turn; equal ones share a number, shape ``(n,)``."""
+    order = np.argsort(np.mod(angle_rad, 2.0 * np.pi), kind="stable")
+    turned = np.mod(angle_rad, 2.0 * np.pi)[order]
+    group = np.concatenate([[0], np.cumsum(np.diff(turned) > SAME_ANGLE_RAD)])
+    if turned[0] + 2.0 * np.pi - turned[-1] <= SAME_ANGLE_RAD:
+        group[group == group[-1]] = 0
+    number = np.empty(len(angle_rad), dtype=np.int64)
+    number[order] = group
+    return number
+
+
+def harmonic_design(
+    angle_rad: ArrayLike,
+    sigma: ArrayLike | None = None,
+    time_s: ArrayLike | None = None,
+    drift_order: int = 0,
+    segment: ArrayLike | None = None,
+) -> HarmonicDesign:
+    """Prepare the weighted least squares of readings at any set of angles.
+
+    Args:
+        angle_rad: Table angle plus mount angle of each reading, shape ``(n,)``.
+        sigma: Standard deviation of the readings, scalar or ``(n,)``; None: not known, equal.
+        time_s: Time of each reading, ``(n,)``; needed for a drift.
+        drift_order: Degree of the drift polynomial, 0 for none.
+        segment: Integer label of each reading; each segment has its own R and drift.
+
+    Raises:
+        EstimationError: Too few readings or angles to determine every parameter.
+        ValueError: A shape does not fit, a number is not finite, a sigma not positive.
+    """
+    angle = as_finite("angle_rad", angle_rad)
+    if angle.ndim != 1 or angle.size == 0:
+        msg = f"angle_rad needs shape (n,), one angle a reading; it has {angle.shape}"
+        raise ValueError(msg)
+    sigmas = None if sigma is None else _sigmas(sigma, angle.size)
+    time = None if time_s is None else _per_reading("time_s", time_s, angle.size)
+    labels, index = _segments(segment, angle.size)
+    matrix, scale = _model(angle, time, index, len(labels), drift_order)
+    _check_determined(angle, matrix)
+    weight = np.ones(angle.size) if sigmas is None else 1.0 / sigmas
+    solved = _solve(matrix, weight, scale, angle)
+    return HarmonicDesign(angle, time, index, labels, drift_order, sigmas, matrix * scale, *solved)
+
+
+def _per_reading(name: str, values: ArrayLike, n: int) -> FloatArray:
+    array = as_finite(name, values)
+    if array.shape != (n,):
+        msg = f"{name} needs one value for each of the {n} angles; its shape is {array.shape}"
+        raise ValueError(msg)
+    return array
+
+
+def _sigmas(sigma: ArrayLike, n: int) -> FloatArray:
+    array = as_finite("sigma", sigma)
+    sigmas = _per_reading("sigma", np.full(n, array) if array.ndim == 0 else array, n)
+    if sigmas.min() <= 0.0:
+        msg = f"sigma must be positive, got {sigmas.min():g}; give None where it is not known"
+        raise ValueError(msg)
+    return sigmas
+
+
+def _segments(segment: ArrayLike | None, n: int) -> tuple[tuple[int, ...], IntArray]:
+    if segment is None:
+        return (0,), np.zeros(n, dtype=np.int64)
+    array = np.asarray(segment)
+    if array.shape != (n,) or not np.issubdtype(array.dtype, np.integer):
+        msg = (
+            f"segment needs one integer for each of the {n} angles; got {array.dtype} {array.shape}"
+        )
+        raise ValueError(msg)
+    labels, index = np.unique(array, return_inverse=True)
+    return tuple(int(label) for label in labels), index.astype(np.int64)
+
+
+def _centred(time_s: FloatArray, segment: IntArray) -> FloatArray:
+    mean_s = np.bincount(segment, time_s) / np.bincount(segment)
+    centred: FloatArray = time_s - mean_s[segment]
+    return centred
+
+
+def _model(
+    angle: FloatArray, time: FloatArray | None, segment: IntArray, segments: int, drift_order: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the model with time in units of half a segment, and what scales its columns back."""
+    if drift_order < 0 or (drift_order > 0 and time is None):
+        msg = f"drift_order is {drift_order}: it must be 0, or positive together with time_s"
+        raise ValueError(msg)
+    tau = np.zeros_like(angle) if time is None else _centred(time, segment)
+    span = float(np.abs(tau).max()) or 1.0
+    columns, scale = [], []
+    for index in range(segments):
+        inside = (segment == index).astype(np.float64)
+        harmonics = [np.cos(angle), np.sin(angle)] if index == 0 else []
+        drifts = [inside * (tau / span) ** k for k in range(1, drift_order + 1)]
+        columns += [inside, *harmonics, *drifts]
+        scale += [1.0] * (1 + len(harmonics)) + [span**k for k in range(1, drift_order + 1)]
+    return np.column_stack(columns), np.array(scale)
+
+
+def _check_determined(angle: FloatArray, matrix: FloatArray) -> None:
+    n, p = matrix.shape
+    distinct = int(distinct_angles(angle).max()) + 1
+    if distinct < 3:
+        msg = (
+            f"a harmonic fit needs at least 3 distinct angles, got {distinct}: "
+            f"{_in_degrees(angle)}; measure at more table angles"
+        )
+        raise EstimationError(msg)
+    if n < p:
+        msg = (
+            f"{n} readings cannot determine {p} parameters (R and drift of each segment, a, b); "
+            f"measured at {_in_degrees(angle)}; measure more visits or fit less drift"
+        )
+        raise EstimationError(msg)
+
+
+def _solve(
+    matrix: FloatArray, weight: FloatArray, scale: FloatArray, angle: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return gain, unit covariance, complement and leverage of the weighted least squares."""
+    whitened = matrix * weight[:, np.newaxis]
+    length = np.linalg.norm(whitened, axis=0)
+    p = matrix.shape[1]
+    u, s, vt = np.linalg.svd(whitened / np.where(length > 0.0, length, 1.0))
+    if s[-1] <= _RANK_TOLERANCE * s[0]:
+        msg = (
+            f"the angles {_in_degrees(angle)} with these segments and times do not determine R, "
+            "a, b and the drift separately; measure at more angles or in another order"
+        )
+        raise EstimationError(msg)
+    root = vt.T / s / (length * scale)[:, np.newaxis]
+    gain = root @ u[:, :p].T * weight
+    complement = u[:, p:] * weight[:, np.newaxis]
+    return gain, root @ root.T, complement, np.sum(u[:, :p] ** 2, axis=1)
+
+
+def _in_degrees(angle: FloatArray) -> str:
+    shown = ", ".join(f"{value:g}" for value in angle[:_ANGLES_IN_MESSAGE] / DEG)
+    return f"{shown}{', ...' if angle.size > _ANGLES_IN_MESSAGE else ''} deg"

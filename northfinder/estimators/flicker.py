@@ -1,0 +1,54 @@
+"""Bias instability: how a flicker of the bias couples the visits of a revolution."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import xlogy
+
+from northfinder.estimators.arrays import FloatArray, as_finite
+
+
+def flicker_covariance(
+    start_s: ArrayLike, duration_s: ArrayLike, bias_instability: float
+) -> FloatArray:
+    """Covariance between the means over n windows under flicker noise, up to a constant.
+
+    The one-sided density ``B^2 / (2 pi f)`` has the autocovariance ``-B^2/(2 pi) ln|t|`` plus
+    a constant that diverges. The constant is common to all elements, so a combination whose
+    weights sum to zero (a and b: R is fitted) never sees it. Its Allan deviation is flat at
+    ``B sqrt(ln 2 / pi)`` = 0.470 B; IEEE Std 952, annex C reads the same density as two-sided
+    and has 0.664 B. With F'' = ln, F(x) = x^2/2 ln|x| - 3 x^2/4, and windows [s, e]:
+
+        K_ij = -B^2/(2 pi) [F(e_i - s_j) - F(s_i - s_j) - F(e_i - e_j) + F(s_i - e_j)] / (w_i w_j)
+
+    Args:
+        start_s: Start of each window, shape ``(n,)``.
+        duration_s: Its length w, scalar or ``(n,)``.
+        bias_instability: B, in the unit of the readings.
+
+    Returns:
+        Covariance in the unit of B squared, ``(n, n)``.
+
+    Raises:
+        ValueError: A window has no length, or a number is not finite.
+    """
+    start = as_finite("start_s", start_s)
+    duration = np.broadcast_to(as_finite("duration_s", duration_s), start.shape)
+    if not np.all(duration > 0.0):
+        msg = f"every visit needs a positive duration; the shortest is {duration.min():g} s"
+        raise ValueError(msg)
+    end = start + duration
+    coupling = (
+        _twice_integrated_log(np.subtract.outer(end, start))
+        - _twice_integrated_log(np.subtract.outer(start, start))
+        - _twice_integrated_log(np.subtract.outer(end, end))
+        + _twice_integrated_log(np.subtract.outer(start, end))
+    )
+    covariance: FloatArray = (
+        -(bias_instability**2) / (2.0 * np.pi) * coupling / np.multiply.outer(duration, duration)
+    )
+    return covariance
+
+
+def _twice_integrated_log(x: FloatArray) -> FloatArray:
+    value: FloatArray = 0.5 * xlogy(x * x, np.abs(x)) - 0.75 * x * x
+    return value

@@ -1,0 +1,224 @@
+"""The uncertainty budget of an azimuth (JCGM 100: independent lines, squares add up)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from northfinder.estimators.arrays import FloatArray, IntArray, quadratic_form
+from northfinder.estimators.azimuth import AzimuthSolution
+from northfinder.estimators.design import distinct_angles
+from northfinder.estimators.drift import HIGHEST_ORDER, drift_response, unmodelled_drift
+from northfinder.estimators.flicker import flicker_covariance
+from northfinder.estimators.harmonic import HarmonicFit
+from northfinder.estimators.student import student_quantile
+from northfinder.estimators.tilt import TiltEstimate
+
+_ABSOLUTE = float("inf")
+
+
+@dataclass(frozen=True, slots=True)
+class SystematicUncertainty:
+    """What is known of the errors that averaging does not see, each one standard deviation.
+
+    Attributes:
+        latitude_rad: Of the site's latitude.
+        table_angle_rad: Of each distinct table angle; a second visit repeats the same error.
+        scale_factor: Of the gyro's scale factor, relative.
+        gyro_mount_rad: Of the gyro's angle from the index mark.
+        accelerometer_mount_rad: Of the accelerometer's.
+        drift_curvature_rad_s3: Of the coefficient of the squared time in the gyro's drift;
+            None: it is looked for in the readings.
+        bias_instability_rad_s: The gyro's flicker figure B; 0 leaves it out.
+    """
+
+    latitude_rad: float = 0.0
+    table_angle_rad: float = 0.0
+    scale_factor: float = 0.0
+    gyro_mount_rad: float = 0.0
+    accelerometer_mount_rad: float = 0.0
+    drift_curvature_rad_s3: float | None = None
+    bias_instability_rad_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BudgetLine:
+    """One source: its standard uncertainty ``(...)``, and the degrees of freedom behind it."""
+
+    source: str
+    u_rad: FloatArray
+    dof: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AzimuthBudget:
+    """All lines of an azimuth's uncertainty, batched like the azimuth."""
+
+    lines: tuple[BudgetLine, ...]
+
+    @property
+    def sigma_rad(self) -> FloatArray:
+        """Combined standard uncertainty, the root of the sum of squares, ``(...)``."""
+        variance: FloatArray = np.sum([line.u_rad**2 for line in self.lines], axis=0)
+        return np.sqrt(variance)
+
+    @property
+    def dof(self) -> FloatArray:
+        """Effective degrees of freedom (Welch and Satterthwaite, JCGM 100 G.4.1), ``(...)``."""
+        estimated = np.sum([line.u_rad**4 / line.dof for line in self.lines], axis=0)
+        dof = np.full(estimated.shape, _ABSOLUTE)
+        np.divide(self.sigma_rad**4, estimated, out=dof, where=estimated != 0.0)
+        return dof
+
+    @property
+    def interval95_rad(self) -> FloatArray:
+        """Half width of the 95 % interval: 1.960 sigma, Student's t where estimated, ``(...)``."""
+        return student_quantile(0.975, self.dof) * self.sigma_rad
+
+    @property
+    def shares(self) -> tuple[FloatArray, ...]:
+        """Each line's part of the variance; they sum to one, ``(...)`` each."""
+        variance = self.sigma_rad**2
+        return tuple(line.u_rad**2 / variance for line in self.lines)
+
+
+def azimuth_budget(
+    solution: AzimuthSolution,
+    fit: HarmonicFit,
+    tilt: TiltEstimate,
+    systematic: SystematicUncertainty,
+    visit_duration_s: ArrayLike | None = None,
+) -> AzimuthBudget:
+    """Draw up the budget of a solved azimuth.
+
+    Gyro and accelerometer readings of the same index are of the same visit.
+
+    The line "drift curvature" is the one that white noise must not feed and the residuals
+    hardly show (see :func:`unmodelled_drift`): a stated curvature sigma goes in as it is;
+    without one, the fitted curvature goes in where it is significant at 3 sigma, and nothing
+    otherwise. So a curvature that moves the azimuth by up to 4 sigma can pass unseen: state
+    one where the temperature is not steady, or go out and back twice.
+
+    Args:
+        solution: The azimuth and its Jacobian.
+        fit: The gyro's fit that it came from.
+        tilt: The tilt that it came from.
+        systematic: What is known of the other errors.
+        visit_duration_s: Length of each visit, scalar or ``(n,)``, centred on the fit's times;
+            needed for the bias instability.
+
+    Raises:
+        ValueError: A line needs times, durations or paired visits that are not there.
+    """
+    lines = [
+        *_noise_lines(solution, fit, tilt),
+        BudgetLine("table angle", _table_angle(solution, fit, tilt, systematic), _ABSOLUTE),
+        *_constant_lines(solution, fit, tilt, systematic),
+        BudgetLine("drift curvature", _drift_curvature(solution, fit, systematic), _ABSOLUTE),
+    ]
+    if systematic.bias_instability_rad_s > 0.0:
+        u_rad = _bias_instability(
+            solution, fit, systematic.bias_instability_rad_s, visit_duration_s
+        )
+        lines.append(BudgetLine("bias instability", u_rad, _ABSOLUTE))
+    return AzimuthBudget(tuple(lines))
+
+
+def _noise_lines(
+    solution: AzimuthSolution, fit: HarmonicFit, tilt: TiltEstimate
+) -> tuple[BudgetLine, BudgetLine]:
+    gyro = quadratic_form(solution.jacobian[..., 0:2], fit.covariance[..., 1:, 1:])
+    accelerometer = quadratic_form(solution.jacobian[..., 2:4], tilt.level_covariance)
+    return (
+        BudgetLine("gyro noise", np.sqrt(gyro), _noise_dof(fit)),
+        BudgetLine("accelerometer noise", np.sqrt(accelerometer), _noise_dof(tilt.fit)),
+    )
+
+
+def _noise_dof(fit: HarmonicFit) -> float:
+    return _ABSOLUTE if fit.sigma_known else float(fit.dof)
+
+
+def _constant_lines(
+    solution: AzimuthSolution,
+    fit: HarmonicFit,
+    tilt: TiltEstimate,
+    systematic: SystematicUncertainty,
+) -> tuple[BudgetLine, ...]:
+    """Return the lines of errors that are one number for the whole run."""
+    by_a, by_b, by_p, by_q, by_latitude = np.moveaxis(solution.jacobian, -1, 0)
+    p, q = np.moveaxis(tilt.level, -1, 0)
+    scale = np.abs(by_a * fit.a + by_b * fit.b) * systematic.scale_factor
+    mounting = np.hypot(
+        (by_a * fit.b - by_b * fit.a) * systematic.gyro_mount_rad,
+        (by_p * q - by_q * p) * systematic.accelerometer_mount_rad,
+    )
+    return (
+        BudgetLine("latitude", np.abs(by_latitude) * systematic.latitude_rad, _ABSOLUTE),
+        BudgetLine("scale factor", scale, _ABSOLUTE),
+        BudgetLine("mounting", mounting, _ABSOLUTE),
+    )
+
+
+def _table_angle(
+    solution: AzimuthSolution,
+    fit: HarmonicFit,
+    tilt: TiltEstimate,
+    systematic: SystematicUncertainty,
+) -> FloatArray:
+    """A table angle that is off by d moves each reading there by ``dy/dT d``, of both sensors."""
+    if systematic.table_angle_rad == 0.0:
+        return np.zeros_like(solution.sigma_rad)
+    if len(fit.design.angle_rad) != len(tilt.fit.design.angle_rad):
+        msg = (
+            f"{len(fit.design.angle_rad)} gyro and {len(tilt.fit.design.angle_rad)} accelerometer "
+            "readings cannot share table angles; fit both sensors over the same visits"
+        )
+        raise ValueError(msg)
+    group = distinct_angles(fit.design.angle_rad)
+    gyro = _angle_response(fit, fit.parameters[..., 1:3], group)
+    level = _angle_response(tilt.fit, tilt.level, group)
+    moved = np.einsum("...k,...kg->...g", solution.jacobian[..., 0:2], gyro)
+    moved = moved + np.einsum("...k,...kg->...g", solution.jacobian[..., 2:4], level)
+    turned: FloatArray = np.linalg.norm(moved, axis=-1) * systematic.table_angle_rad
+    return turned
+
+
+def _angle_response(fit: HarmonicFit, harmonic: FloatArray, group: IntArray) -> FloatArray:
+    """Change of the two harmonic coefficients by each distinct angle's error, ``(..., 2, g)``."""
+    membership = (group[:, np.newaxis] == np.arange(group.max() + 1)).astype(np.float64)
+    by_cosine = fit.gain[1:] * np.cos(fit.design.angle_rad) @ membership
+    by_sine = fit.gain[1:] * np.sin(fit.design.angle_rad) @ membership
+    a, b = harmonic[..., 0, np.newaxis, np.newaxis], harmonic[..., 1, np.newaxis, np.newaxis]
+    response: FloatArray = b * by_cosine - a * by_sine
+    return response
+
+
+def _drift_curvature(
+    solution: AzimuthSolution, fit: HarmonicFit, systematic: SystematicUncertainty
+) -> FloatArray:
+    stated = systematic.drift_curvature_rad_s3
+    if stated is not None:
+        moved = solution.jacobian[..., 0:2] @ drift_response(fit, HIGHEST_ORDER)
+        return np.abs(moved) * stated
+    if fit.design.time_s is None or fit.design.drift_order >= HIGHEST_ORDER:
+        return np.zeros_like(solution.sigma_rad)
+    term = unmodelled_drift(fit)[-1]
+    moved = solution.jacobian[..., 0:2] @ term.response * term.coefficient
+    return np.where(term.significant, np.abs(moved), 0.0)
+
+
+def _bias_instability(
+    solution: AzimuthSolution,
+    fit: HarmonicFit,
+    bias_instability_rad_s: float,
+    visit_duration_s: ArrayLike | None,
+) -> FloatArray:
+    if fit.design.time_s is None or visit_duration_s is None:
+        msg = "the bias instability needs the time and the duration of each visit: give both"
+        raise ValueError(msg)
+    duration_s = np.asarray(visit_duration_s, dtype=np.float64)
+    start_s = fit.design.time_s - duration_s / 2.0
+    visits = flicker_covariance(start_s, duration_s, bias_instability_rad_s)
+    covariance = fit.gain[1:] @ visits @ fit.gain[1:].T
+    return np.sqrt(quadratic_form(solution.jacobian[..., 0:2], covariance))

@@ -1,0 +1,117 @@
+"""A north-seek's result as REST, the records and the command line show it: degrees, plain JSON."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from northfinder.estimators.harmonic import HarmonicFit
+from northfinder.estimators.tilt import TiltEstimate
+from northfinder.procedures.planning import budget_json
+from northfinder.procedures.reduction import NorthSeek
+from northfinder.procedures.visits import Visit
+from northfinder.samples import Samples
+from northfinder.units import DEG, DEG_PER_HOUR, DEG_PER_HOUR_PER_HOUR
+
+JsonObject = dict[str, Any]
+
+
+def north_seek_json(seek: NorthSeek) -> JsonObject:
+    """Return every number of the result; azimuths in [0, 360), null for what is not determined."""
+    solution, budget = (
+        seek.solutions["coordinate_transform"],
+        seek.budgets["coordinate_transform"],
+    )
+    azimuth_deg = float(solution.azimuth_rad) / DEG
+    half_width_deg = float(budget.interval95_rad) / DEG
+    earth = seek.earth_rate
+    return {
+        "azimuth_deg": azimuth_deg,
+        "azimuth_sigma_deg": float(budget.sigma_rad) / DEG,
+        "azimuth_interval95_deg": [azimuth_deg - half_width_deg, azimuth_deg + half_width_deg],
+        "reference_azimuth_deg": (azimuth_deg + seek.reference_offset_rad / DEG) % 360.0,
+        "solutions": {
+            method: {
+                "azimuth_deg": float(seek.solutions[method].azimuth_rad) / DEG,
+                "sigma_deg": float(seek.budgets[method].sigma_rad) / DEG,
+            }
+            for method in seek.solutions
+        },
+        "segments": [
+            {
+                "R_deg_h": float(terms.R) / DEG_PER_HOUR,
+                "drift_deg_h_h": (
+                    float(terms.drift[0]) / DEG_PER_HOUR_PER_HOUR if len(terms.drift) else None
+                ),
+            }
+            for terms in seek.gyro.segments
+        ],
+        "gyro_fit": _fit_json(
+            seek.gyro, [visit.gyro for visit in seek.visits], DEG_PER_HOUR, "deg_h", "deg2_h2"
+        ),
+        "accelerometer_fit": _fit_json(
+            seek.accelerometer, [visit.accelerometer for visit in seek.visits], 1.0, "g", "g2"
+        ),
+        "tilt": _tilt_json(seek.tilt),
+        "earth_rate": {
+            "horizontal_measured_deg_h": float(earth.measured_rad_s) / DEG_PER_HOUR,
+            "horizontal_expected_deg_h": float(earth.expected_rad_s) / DEG_PER_HOUR,
+            "z": _or_null(earth.z),
+        },
+        "budget": budget_json(budget),
+        "checks": [
+            {"name": check.name, "status": check.status, "detail": check.detail}
+            for check in seek.checks
+        ],
+        "visits": [_visit_json(visit) for visit in seek.visits],
+    }
+
+
+def _fit_json(
+    fit: HarmonicFit, samples: Sequence[Samples], unit: float, suffix: str, squared: str
+) -> JsonObject:
+    """Chi-square is against the given noise, else against the scatter within the visits."""
+    covariance = np.asarray(fit.covariance) / unit**2
+    within = np.array([part.sigma for part in samples])
+    chi2 = fit.chi2 if fit.sigma_known else np.sum((fit.residuals / within) ** 2)
+    return {
+        f"R_{suffix}": float(fit.R) / unit,
+        f"a_{suffix}": float(fit.a) / unit,
+        f"b_{suffix}": float(fit.b) / unit,
+        f"covariance_{squared}": [[float(value) for value in row] for row in covariance],
+        f"residual_sigma_{suffix}": _or_null(fit.residual_sigma / unit),
+        "chi2": _or_null(chi2),
+        "dof": fit.dof,
+    }
+
+
+def _tilt_json(tilt: TiltEstimate) -> JsonObject:
+    return {
+        "epsilon_deg": float(tilt.epsilon_rad) / DEG,
+        "zeta_deg": _or_null(tilt.zeta_rad / DEG),
+        "pitch_deg": float(tilt.pitch_rad) / DEG,
+        "roll_deg": float(tilt.roll_rad) / DEG,
+        "sigma_deg": float(tilt.sigma_rad) / DEG,
+    }
+
+
+def _visit_json(visit: Visit) -> JsonObject:
+    return {
+        "index": visit.index,
+        "segment": visit.segment,
+        "direction": visit.direction,
+        "angle_deg": visit.angle_rad / DEG,
+        "gyro_mean_deg_h": visit.gyro.mean / DEG_PER_HOUR,
+        "gyro_sigma_deg_h": visit.gyro.sigma / DEG_PER_HOUR,
+        "accel_mean_g": visit.accelerometer.mean,
+        "accel_sigma_g": visit.accelerometer.sigma,
+        "samples": len(visit.gyro),
+        "lost": visit.gyro.lost + visit.accelerometer.lost,
+        "start_s": visit.start_s,
+    }
+
+
+def _or_null(value: Any) -> float | None:  # noqa: ANN401 - a number in any of numpy's guises
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,268 @@
+"""What a north-seek will take and what it will achieve, before anything moves."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.interfaces import MotionLimits
+from northfinder.config import LatitudeDeg, RigConfig
+from northfinder.errors import ConfigError
+from northfinder.estimators.design import harmonic_design
+from northfinder.estimators.prediction import predict_azimuth
+from northfinder.estimators.uncertainty import AzimuthBudget, SystematicUncertainty
+from northfinder.procedures.visits import Order, PlannedVisit, schedule
+from northfinder.rig import Rig
+from northfinder.units import DEG, DEG_PER_HOUR, PPM
+
+LONGEST_DWELL_S = 3600.0
+HIGH_LATITUDE_DEG = 80.0
+_FEWEST_SAMPLES = 10  # a visit's mean needs a standard error
+_ARRIVAL_S = 0.1  # polls of the table and the last tenth of a second of settling
+_HOMING_TURNS = 1.0
+_DEG_PER_HOUR_CUBED = DEG / 3600.0**3
+
+
+class Plan(BaseModel):
+    """What to measure: ``positions`` distinct angles, ``dwell_s`` at each in all.
+
+    ``target_sigma_deg`` chooses the dwell so that one sigma is predicted to be that;
+    ``latitude_deg`` stands in for the site's. Order ``auto`` takes the one that is predicted
+    best with the gyro's bias instability.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    kind: Literal["north-seek"] = "north-seek"
+    positions: Annotated[int, Field(ge=3, le=720)] = 24
+    dwell_s: Annotated[float, Field(gt=0.0, le=LONGEST_DWELL_S)] = 5.0
+    order: Order | Literal["auto"] = "out-and-back"
+    settle_s: Annotated[float, Field(ge=0.0, le=600.0)] = 0.5
+    revolutions: Annotated[int, Field(ge=1, le=100)] = 1
+    latitude_deg: LatitudeDeg | None = None
+    target_sigma_deg: Annotated[float, Field(gt=0.0, le=90.0)] | None = None
+
+    def latitude_rad(self, config: RigConfig) -> float:
+        """Return the plan's own latitude, or the site's."""
+        return config.site.latitude_rad if self.latitude_deg is None else self.latitude_deg * DEG
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """A plan with nothing left open, and what it promises.
+
+    Attributes:
+        plan: With the order and the dwell chosen.
+        visits: In time order.
+        end_s: When each visit will be over, from the start of the run.
+        homing_s: Time set aside to find the table's reference.
+        duration_s: Of the whole run.
+        budget: Of the azimuth, at the least favourable azimuth.
+        warnings: Sentences for whoever is about to start it.
+    """
+
+    plan: Plan
+    visits: list[PlannedVisit]
+    end_s: list[float]
+    homing_s: float
+    duration_s: float
+    budget: AzimuthBudget
+    warnings: list[str]
+
+    @property
+    def sigma_rad(self) -> float:
+        """Return the predicted standard uncertainty of the azimuth."""
+        return float(self.budget.sigma_rad)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as REST and the command line show it, degrees."""
+        return {
+            "duration_s": self.duration_s,
+            "azimuth_sigma_deg": self.sigma_rad / DEG,
+            "budget": budget_json(self.budget),
+            "warnings": self.warnings,
+            "plan": self.plan.model_dump(mode="json"),
+        }
+
+
+def budget_json(budget: AzimuthBudget) -> list[dict[str, Any]]:
+    """Return a budget's lines, degrees and shares of the variance."""
+    return [
+        {"source": line.source, "u_deg": float(line.u_rad) / DEG, "share": float(share)}
+        for line, share in zip(budget.lines, budget.shares, strict=True)
+    ]
+
+
+def systematic(config: RigConfig) -> SystematicUncertainty:
+    """Return what the configuration says of errors that averaging does not see."""
+    curvature = config.gyro.drift_curvature_sigma_deg_h3
+    return SystematicUncertainty(
+        latitude_rad=config.site.latitude_sigma_deg * DEG,
+        table_angle_rad=config.turntable.angle_sigma_deg * DEG,
+        scale_factor=config.gyro.scale_factor_sigma_ppm * PPM,
+        gyro_mount_rad=config.gyro.mount_angle_sigma_deg * DEG,
+        accelerometer_mount_rad=config.accelerometer.mount_angle_sigma_deg * DEG,
+        drift_curvature_rad_s3=None if curvature is None else curvature * _DEG_PER_HOUR_CUBED,
+        bias_instability_rad_s=config.gyro.bias_instability_deg_h * DEG_PER_HOUR,
+    )
+
+
+def drift_order(order: Order, visits: int) -> int:
+    """Return 1 where the order of visits does not cancel a linear drift by itself.
+
+    Going round once aliases a drift into the sine; it has to be fitted, at 2.55 times the
+    variance, or the stated uncertainty would be untrue (`docs/theory.md`). With fewer than five
+    readings nothing would be left to tell the noise by.
+    """
+    return 1 if order == "sequential" and visits >= 5 else 0
+
+
+def predict(plan: Plan, rig: Rig) -> Prediction:
+    """Work out duration, uncertainty and warnings on an open rig, without moving it.
+
+    Raises:
+        ConfigError: The dwell is too short for the sensors, or the target cannot be reached.
+        EstimationError: No north is observable at this latitude.
+    """
+    if plan.order == "auto":
+        plan = plan.model_copy(update={"order": _best_order(plan, rig)})
+    if plan.target_sigma_deg is not None:
+        plan = plan.model_copy(update={"dwell_s": _dwell_for_target(plan, rig)})
+    return _predict(plan, rig, systematic(rig.config))
+
+
+def _best_order(plan: Plan, rig: Rig) -> Order:
+    """Take the order with the smallest predicted sigma; the flicker makes the difference."""
+    known = systematic(rig.config)
+    if known.bias_instability_rad_s == 0.0:
+        data_sheet = rig.gyro.sensor.noise.bias_instability_rad_s
+        known = replace(known, bias_instability_rad_s=data_sheet)
+    orders: tuple[Order, ...] = ("out-and-back", "opposite", "sequential")
+    sigmas_rad = [
+        _predict(plan.model_copy(update={"order": order}), rig, known).sigma_rad for order in orders
+    ]
+    return orders[int(np.argmin(sigmas_rad))]
+
+
+def _dwell_for_target(plan: Plan, rig: Rig) -> float:
+    """Choose the dwell whose predicted sigma is the target: noise falls with it, the rest stays."""
+    target_deg = plan.target_sigma_deg or 0.0
+    for _ in range(5):  # the flicker's part depends on the timing, weakly
+        prediction = _predict(plan, rig, systematic(rig.config))
+        lines = prediction.budget.lines
+        noise = sum(float(line.u_rad) ** 2 for line in lines if line.source.endswith("noise"))
+        rest = prediction.sigma_rad**2 - noise
+        dwell_s = plan.dwell_s * noise / max((target_deg * DEG) ** 2 - rest, 1e-30)
+        if dwell_s > LONGEST_DWELL_S:
+            msg = (
+                f"a sigma of {target_deg:g} deg cannot be reached within {LONGEST_DWELL_S:g} s at "
+                f"each angle: what averaging does not see makes {math.sqrt(rest) / DEG:.2g} deg of "
+                f"it. Take a larger target or more positions"
+            )
+            raise ConfigError(msg)
+        shortest_s = _shortest_dwell_s(rig) * _visits_per_angle(plan)
+        plan = plan.model_copy(update={"dwell_s": max(dwell_s, shortest_s)})
+    return plan.dwell_s
+
+
+def _predict(plan: Plan, rig: Rig, known: SystematicUncertainty) -> Prediction:
+    visits = schedule(plan.positions, plan.dwell_s, chosen_order(plan), plan.revolutions)
+    _check_dwell(visits[0].dwell_s, rig)
+    homing_s = _move_s(_HOMING_TURNS * 2 * math.pi, rig.motion_limits)
+    end_s = _ends(plan, visits, rig.motion_limits, homing_s)
+    budget = _budget(plan, visits, end_s, rig, known)
+    warnings = _warnings(plan, rig.config)
+    return Prediction(plan, visits, end_s, homing_s, end_s[-1], budget, warnings)
+
+
+def chosen_order(plan: Plan) -> Order:
+    """Return the order of a plan that leaves nothing open.
+
+    Raises:
+        ValueError: It is still ``auto``.
+    """
+    if plan.order == "auto":
+        msg = "the order of visits is still open: predict chooses it"
+        raise ValueError(msg)
+    return plan.order
+
+
+def _visits_per_angle(plan: Plan) -> int:
+    return plan.revolutions * (1 if plan.order == "sequential" else 2)
+
+
+def _shortest_dwell_s(rig: Rig) -> float:
+    axes = (rig.gyro, rig.accelerometer)
+    return _FEWEST_SAMPLES * max(axis.sensor.sample_period_s for axis in axes)
+
+
+def _check_dwell(dwell_s: float, rig: Rig) -> None:
+    shortest_s = _shortest_dwell_s(rig)
+    if dwell_s < shortest_s * (1 - 1e-9):
+        msg = (
+            f"each visit would last {dwell_s:g} s, but the slower sensor needs {shortest_s:g} s "
+            f"for {_FEWEST_SAMPLES} samples: lengthen the dwell or take fewer revolutions"
+        )
+        raise ConfigError(msg)
+
+
+def _ends(
+    plan: Plan, visits: list[PlannedVisit], limits: MotionLimits, homing_s: float
+) -> list[float]:
+    now_s, angle_rad, ends = homing_s, 0.0, []
+    for visit in visits:
+        now_s += _move_s(abs(visit.angle_rad - angle_rad), limits)
+        now_s += max(plan.settle_s, _ARRIVAL_S) + _ARRIVAL_S + visit.dwell_s
+        angle_rad = visit.angle_rad
+        ends.append(now_s)
+    return ends
+
+
+def _move_s(distance_rad: float, limits: MotionLimits) -> float:
+    """Return the time of a trapezoidal move, or of a triangular one that is too short for it."""
+    ramps_rad = limits.speed_rad_s**2 / limits.acceleration_rad_s2
+    if distance_rad < ramps_rad:
+        return 2 * math.sqrt(distance_rad / limits.acceleration_rad_s2)
+    return distance_rad / limits.speed_rad_s + limits.speed_rad_s / limits.acceleration_rad_s2
+
+
+def _budget(
+    plan: Plan,
+    visits: list[PlannedVisit],
+    end_s: list[float],
+    rig: Rig,
+    known: SystematicUncertainty,
+) -> AzimuthBudget:
+    config = rig.config
+    dwell_s = np.array([visit.dwell_s for visit in visits])
+    angle_rad = np.array([visit.angle_rad for visit in visits])
+    gyro = harmonic_design(
+        angle_rad + config.gyro.mount_angle_deg * DEG,
+        rig.gyro.expected_noise_sqrt_s / np.sqrt(dwell_s),
+        np.array(end_s) - dwell_s / 2,
+        drift_order(chosen_order(plan), len(visits)),
+    )
+    accelerometer = harmonic_design(
+        angle_rad + config.accelerometer.mount_angle_deg * DEG,
+        rig.accelerometer.expected_noise_sqrt_s / np.sqrt(dwell_s) / config.site.gravity_g,
+    )
+    latitude_rad = plan.latitude_rad(config)
+    return predict_azimuth(gyro, accelerometer, latitude_rad, known, dwell_s).budget
+
+
+def _warnings(plan: Plan, config: RigConfig) -> list[str]:
+    warnings = []
+    latitude_deg = plan.latitude_rad(config) / DEG
+    if abs(latitude_deg) > HIGH_LATITUDE_DEG:
+        warnings.append(
+            f"at a latitude of {latitude_deg:.2f} deg the horizontal Earth rate is small: every "
+            f"error counts {1 / math.cos(latitude_deg * DEG):.1f} times as much as at the equator"
+        )
+    if plan.order == "sequential":
+        warnings.append(
+            "the order 'sequential' has to fit a drift, at 1.6 times the uncertainty where it "
+            "matters most; 'out-and-back' takes equally long and cancels a linear drift"
+        )
+    return warnings

@@ -1,0 +1,71 @@
+"""The order of visits, and what one visit brought."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from northfinder.samples import Samples
+
+Order = Literal["sequential", "out-and-back", "opposite"]
+Direction = Literal["out", "back"]
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedVisit:
+    """One stop of the table."""
+
+    index: int
+    angle_rad: float
+    direction: Direction
+    dwell_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """One measurement at one angle.
+
+    Attributes:
+        index: Place in time order, from 0.
+        segment: Between interruptions the gyro's bias is taken as one; each has its own R.
+        direction: On the way out or back.
+        angle_rad: The table's, counter-clockwise from the index mark.
+        start_s: From the start of the run to the first sample.
+        gyro: rad/s.
+        accelerometer: Standard gravities.
+    """
+
+    index: int
+    segment: int
+    direction: Direction
+    angle_rad: float
+    start_s: float
+    gyro: Samples
+    accelerometer: Samples
+
+
+def schedule(positions: int, dwell_s: float, order: Order, revolutions: int) -> list[PlannedVisit]:
+    """Return the visits in time order; every angle gets ``dwell_s`` in all, in equal shares.
+
+    ``sequential`` goes round once a revolution, as the paper `levelling` does. ``out-and-back``
+    returns over the same angles, which is orthogonal to a drift linear in time. ``opposite``
+    takes each angle together with the one half a turn away, and returns: what both share (bias
+    that wanders slowly) drops out before it has wandered.
+
+    Angles stay within one turn, so that cables do not wind up.
+    """
+    steps = _opposite_pairs(positions) if order == "opposite" else list(range(positions))
+    leg_out: list[tuple[int, Direction]] = [(step, "out") for step in steps]
+    leg_back: list[tuple[int, Direction]] = [(step, "back") for step in reversed(steps)]
+    legs = leg_out if order == "sequential" else leg_out + leg_back
+    share_s = dwell_s / (revolutions * (1 if order == "sequential" else 2))
+    return [
+        PlannedVisit(index, 2 * math.pi * step / positions, direction, share_s)
+        for index, (step, direction) in enumerate(legs * revolutions)
+    ]
+
+
+def _opposite_pairs(positions: int) -> list[int]:
+    """0, n/2, 1, n/2 + 1, ...; with an odd n the last stands alone."""
+    half = positions // 2
+    pairs = [step for first in range(half) for step in (first, first + half)]
+    return [*pairs, positions - 1] if positions % 2 else pairs

@@ -1,0 +1,120 @@
+"""What goes into the records and comes out of them, as values."""
+
+import math
+from dataclasses import dataclass
+from datetime import datetime
+
+from northfinder.records.portable_json import JsonObject, require_json
+from northfinder.records.states import State
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewRun:
+    """What is known of a run before it begins.
+
+    Attributes:
+        kind: ``north-seek``, ``alignment``, ``noise``, ``heading-hold``.
+        rig_name: The rig that runs it; several may share one database.
+        plan: What was asked for.
+        site: Where the rig stands.
+        rig: Its configuration and the identities of its devices.
+        simulation: The truth of a simulated world, ``None`` on hardware.
+        software: Versions of what computed the result.
+
+    Raises:
+        ValueError: A value is no JSON, for example NaN.
+    """
+
+    kind: str
+    rig_name: str
+    plan: JsonObject
+    site: JsonObject
+    rig: JsonObject
+    simulation: JsonObject | None
+    software: JsonObject
+
+    def __post_init__(self) -> None:
+        for name in ("plan", "site", "rig", "simulation", "software"):
+            require_json(name, getattr(self, name))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """A run as recorded.
+
+    Attributes:
+        id: Sortable by the second of its creation, in UTC: ``20261122T034512Z-7f3a9c``.
+        kind: As in :class:`NewRun`, like ``rig_name`` and ``plan`` to ``software``.
+        state: Where it stands.
+        created_utc: When it was recorded first.
+        started_utc: When it first ran, ``None`` before.
+        finished_utc: When it last ended, ``None`` while it has not, or runs again.
+        result: What came out, once completed.
+        error: Why it failed, one sentence.
+    """
+
+    id: str
+    kind: str
+    rig_name: str
+    state: State
+    created_utc: datetime
+    started_utc: datetime | None
+    finished_utc: datetime | None
+    plan: JsonObject
+    site: JsonObject
+    rig: JsonObject
+    simulation: JsonObject | None
+    software: JsonObject
+    result: JsonObject | None
+    error: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisitStatistics:
+    """One measurement at one angle of the revolution.
+
+    Attributes:
+        index: Counts the run's visits from 0 in time order, through all segments.
+        segment: Counts from 0; a resume or a long pause opens the next.
+        direction: ``out`` or ``back``.
+        angle_rad: The table's angle.
+        gyro_mean_rad_s: Mean of the valid rates along the configured axis.
+        gyro_sigma_rad_s: One standard deviation of that mean.
+        accel_mean_g: Mean of the valid specific forces along the configured axis.
+        accel_sigma_g: One standard deviation of that mean.
+        samples: Gyro samples received.
+        lost: Samples lost, of both streams.
+        start_s: Beginning of the measurement in loop time.
+
+    Raises:
+        ValueError: A number is not finite.
+    """
+
+    index: int
+    segment: int
+    direction: str
+    angle_rad: float
+    gyro_mean_rad_s: float
+    gyro_sigma_rad_s: float
+    accel_mean_g: float
+    accel_sigma_g: float
+    samples: int
+    lost: int
+    start_s: float
+
+    def __post_init__(self) -> None:
+        for name in _VISIT_NUMBERS:
+            value = getattr(self, name)
+            if not math.isfinite(value):
+                msg = f"visit {self.index}: {name} is {value}; a visit without a mean is no visit"
+                raise ValueError(msg)
+
+
+_VISIT_NUMBERS = (
+    "angle_rad",
+    "gyro_mean_rad_s",
+    "gyro_sigma_rad_s",
+    "accel_mean_g",
+    "accel_sigma_g",
+    "start_s",
+)

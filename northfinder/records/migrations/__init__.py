@@ -1,0 +1,1 @@
+"""Alembic's script folder: the way of the schema from its first revision to the current one."""

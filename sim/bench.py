@@ -1,0 +1,108 @@
+"""One shared world: the table's angle is what the gyro and the accelerometer feel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from drivers.interfaces import FloatArray
+from sim.interfaces import Felt
+from sim.motion import Plate
+from sim.noise import NoiseLevels, SensorNoise
+from sim.truth import Truth
+
+_ROOM_DEG_C = 23.0
+
+# Which of (right of the sensing direction, sensing direction, up) each body axis is: the sensing
+# axis lies along the table's mark, and another axis points up.
+_RIGHT, _SENSE, _UP = np.eye(3)
+_BODY_AXES = {
+    "x": np.stack([_SENSE, -_RIGHT, _UP]),
+    "y": np.stack([_RIGHT, _SENSE, _UP]),
+    "z": np.stack([_UP, _RIGHT, _SENSE]),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Mounting:
+    """How a sensor sits on the plate.
+
+    Attributes:
+        axis: The body axis that lies in the table's plane: ``x``, ``y`` or ``z``, with a minus
+            sign where it points backwards.
+        angle_rad: Of that axis, counter-clockwise from the index mark.
+    """
+
+    axis: str
+    angle_rad: float = 0.0
+
+    def body_axes(self) -> FloatArray:
+        """Return the rotation from (right, sensing, up) to body axes, shape ``(3, 3)``."""
+        axes = _BODY_AXES[self.axis.removeprefix("-")]
+        if self.axis.startswith("-"):  # half a turn about the axis that points up
+            axes = axes @ np.diag([-1.0, -1.0, 1.0])
+        return axes
+
+
+class Bench:
+    """The plate on the turning Earth, and the sensors on the plate.
+
+    Args:
+        truth: Where the bench stands; may be replaced while running.
+        plate: The table.
+        clockwise: Whether the table's positive direction is clockwise seen from above.
+    """
+
+    def __init__(self, truth: Truth, plate: Plate, *, clockwise: bool = False) -> None:
+        self.truth = truth
+        self.plate = plate
+        self._direction = -1.0 if clockwise else 1.0
+
+    def felt(
+        self, mounting: Mounting, time_s: FloatArray, period_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return rate (rad/s) and specific force (g) along a sensor's axes, each ``(k, 3)``.
+
+        The rate is the mean over the period that ends at each time: the table's part by its
+        angle's difference, so that turning integrates exactly.
+        """
+        edges = np.concatenate([time_s[:1] - period_s, time_s])
+        angle = self._direction * self.plate.angle_rad(edges)
+        middle = (angle[1:] + angle[:-1]) / 2 + mounting.angle_rad
+        rate = _along(middle, self.truth.earth_rate_t())
+        rate[:, 2] += np.diff(angle) / period_s
+        force = _along(middle, self.truth.specific_force_t())
+        axes = mounting.body_axes()
+        return rate @ axes.T, force @ axes.T
+
+
+class BenchSensor:
+    """An inertial sensor bolted to the plate, its noise included: implements ``Sensing``."""
+
+    def __init__(
+        self,
+        bench: Bench,
+        mounting: Mounting,
+        gyro: NoiseLevels,
+        accelerometer: NoiseLevels,
+        random: Generator,
+    ) -> None:
+        self._bench = bench
+        self._mounting = mounting
+        gyro_random, accelerometer_random = random.spawn(2)
+        self.gyro_noise = SensorNoise(gyro, gyro_random)
+        self.accelerometer_noise = SensorNoise(accelerometer, accelerometer_random)
+
+    def sense(self, time_s: FloatArray, period_s: float) -> Felt:
+        """Return what the sensor reads over the intervals that end at the given times."""
+        rate, force = self._bench.felt(self._mounting, time_s, period_s)
+        rate += self.gyro_noise.sample(time_s, period_s)
+        force += self.accelerometer_noise.sample(time_s, period_s)
+        return Felt(rate, force, np.full(len(time_s), _ROOM_DEG_C))
+
+
+def _along(angle_rad: FloatArray, vector_t: FloatArray) -> FloatArray:
+    """Resolve a table vector along (right, sensing, up) at each angle, shape ``(k, 3)``."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    x, y, z = vector_t
+    return np.stack([cos * x + sin * y, cos * y - sin * x, np.full_like(cos, z)], axis=1)

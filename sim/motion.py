@@ -1,0 +1,305 @@
+"""The turning plate: trapezoidal moves, the ringing after them, and what can stop them short."""
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.random import Generator
+
+from drivers.interfaces import FloatArray
+
+_HISTORY_S = 10.0  # sensors ask about the last burst only, milliseconds ago
+_TURN_RAD = 2 * math.pi
+_CONTACT_RAD = 1e-9  # touching; a stalled plate rests twice as far off, on the side it came from
+
+
+@dataclass(frozen=True, slots=True)
+class Ringing:
+    """How the plate swings on the gearing's spring once the motor stands.
+
+    Under a deceleration a the plate leads the motor by ``a/omega^2``; when the motor stops, that
+    deflection is released and dies away as the step response of a damped oscillator.
+
+    Attributes:
+        frequency_hz: Undamped natural frequency.
+        damping_ratio: Of critical damping, below 1.
+        share: How much of the static deflection rings; a drive that rounds its ramps leaves
+            little of it.
+    """
+
+    frequency_hz: float = 12.0
+    damping_ratio: float = 0.2
+    share: float = 0.1
+
+    @property
+    def omega_rad_s(self) -> float:
+        """Return the undamped natural frequency in rad/s."""
+        return _TURN_RAD * self.frequency_hz
+
+    def deflection_rad(self, acceleration_rad_s2: float) -> float:
+        """Return the deflection that is released when a deceleration ends."""
+        return self.share * acceleration_rad_s2 / self.omega_rad_s**2
+
+    def released(self, elapsed_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the released share of the deflection, and its rate per s.
+
+        The unit step response of a damped oscillator: it begins at 0 with rate 0, ends at 1.
+        """
+        decay = self.damping_ratio * self.omega_rad_s
+        damped = self.omega_rad_s * math.sqrt(1 - self.damping_ratio**2)
+        envelope, phase = np.exp(-decay * elapsed_s), damped * elapsed_s
+        step = 1 - envelope * (np.cos(phase) + decay / damped * np.sin(phase))
+        return step, envelope * (self.omega_rad_s**2 / damped) * np.sin(phase)
+
+
+_GEARED = Ringing()
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """From ``start_s`` on: constant acceleration, or rest with a deflection being released."""
+
+    start_s: float
+    angle_rad: float
+    rate_rad_s: float = 0.0
+    acceleration_rad_s2: float = 0.0
+    released_rad: float = 0.0
+
+
+class Plate:
+    """The table's plate under the motor's control; implements ``TableMechanism``.
+
+    Its past is kept for some seconds, so that sensors may ask where it was when they sampled.
+
+    Args:
+        angle_rad: Where it stands at power-up.
+        error_sigma_rad: Positioning error of each move, 1 sigma.
+        random: Seeded; draws the errors.
+        ringing: How it settles.
+    """
+
+    def __init__(
+        self,
+        angle_rad: float,
+        error_sigma_rad: float,
+        random: Generator,
+        ringing: Ringing = _GEARED,
+    ) -> None:
+        self._error_sigma_rad = error_sigma_rad
+        self._random = random
+        self._ringing = ringing
+        self._target_rad = angle_rad
+        self._error_rad = 0.0
+        self._short_rad = 0.0
+        self._block_rad: float | None = None
+        self._stalled = False
+        self._told_s = 0.0
+        self._plan = [Segment(0.0, angle_rad)]
+        self._keep(self._plan)
+
+    @property
+    def end_s(self) -> float:
+        """Return the loop time at which the present motion ends, or ended."""
+        return self._segments[-1].start_s
+
+    @property
+    def stalled(self) -> bool:
+        """Return whether the last motion was, or is going to be, blocked where it ends."""
+        return self._stalled
+
+    def angle_rad(self, time_s: FloatArray) -> FloatArray:
+        """Return the angle at each time, counter-clockwise from above, no wrap.
+
+        Args:
+            time_s: Loop times, up to now and at most ten seconds old, any shape.
+        """
+        start, angle, rate, acceleration, released = self._columns(time_s)
+        elapsed = np.maximum(time_s - start, 0.0)
+        step, _ = self._ringing.released(elapsed)
+        turned = angle + elapsed * (rate + elapsed * acceleration / 2)
+        settled: FloatArray = turned + released * step
+        return settled
+
+    def rate_rad_s(self, time_s: FloatArray) -> FloatArray:
+        """Return the angle's derivative at each time; a stall ends it abruptly."""
+        start, _, rate, acceleration, released = self._columns(time_s)
+        elapsed = np.maximum(time_s - start, 0.0)
+        _, step_rate = self._ringing.released(elapsed)
+        turning: FloatArray = rate + elapsed * acceleration + released * step_rate
+        return turning
+
+    def angle_at(self, time_s: float) -> float:
+        """Return the angle at one time."""
+        return float(self.angle_rad(np.array(time_s)))
+
+    def move_to(
+        self, angle_rad: float, speed_rad_s: float, acceleration_rad_s2: float, now_s: float
+    ) -> None:
+        """Begin a trapezoidal move from the present angle and speed.
+
+        Raises:
+            ValueError: Speed or acceleration is not positive.
+        """
+        if speed_rad_s <= 0 or acceleration_rad_s2 <= 0:
+            limits = f"{speed_rad_s} rad/s, {acceleration_rad_s2} rad/s^2"
+            msg = f"a move needs a positive speed and acceleration, not {limits}"
+            raise ValueError(msg)
+        if angle_rad != self._target_rad:  # a motor already at its target does not turn again
+            self._error_rad = self._error_sigma_rad * self._random.standard_normal()
+        self._target_rad = angle_rad
+        here = self._state(now_s)
+        target_rad = _short_of(angle_rad + self._error_rad, here.angle_rad, self._short_rad)
+        deflection_rad = self._ringing.deflection_rad(acceleration_rad_s2)
+        self._follow(_trapezoid(here, target_rad, speed_rad_s, acceleration_rad_s2, deflection_rad))
+
+    def stop(self, acceleration_rad_s2: float, now_s: float) -> None:
+        """Begin to decelerate; a plate whose motion has ended stays as it is."""
+        if now_s >= self.end_s:
+            return
+        deflection_rad = self._ringing.deflection_rad(acceleration_rad_s2)
+        self._target_rad = math.nan  # wherever it comes to rest, the next move is a new one
+        self._follow(_deceleration(self._state(now_s), acceleration_rad_s2, deflection_rad))
+
+    def block_at(self, angle_rad: float | None) -> None:
+        """Put an obstacle where the index mark would pass this angle, modulo a turn; None clears.
+
+        It meets a motion under way too, from the last moment on about which anybody asked.
+        """
+        self._block_rad = angle_rad
+        told_s = self._told_s
+        if told_s < self.end_s:
+            ahead = (segment for segment in self._plan if segment.start_s > told_s)
+            self._follow([self._state(told_s), *ahead])
+
+    def fall_short_by(self, error_rad: float) -> None:
+        """Let every move from now on end this much before its target; 0 mends it."""
+        self._short_rad = error_rad
+
+    def _state(self, time_s: float) -> Segment:
+        """Return the motion at a time: a segment that begins there and goes on as it did."""
+        now = np.array(time_s)
+        acceleration_rad_s2 = float(self._columns(now)[3])
+        return Segment(
+            time_s, float(self.angle_rad(now)), float(self.rate_rad_s(now)), acceleration_rad_s2
+        )
+
+    def _follow(self, plan: list[Segment]) -> None:
+        """Replace the future by a plan, cut where an obstacle stands in its way."""
+        self._plan, start_s = plan, plan[0].start_s
+        stall = self._first_contact(plan)
+        self._stalled = stall is not None
+        if stall is not None:
+            plan = [*(segment for segment in plan if segment.start_s < stall.start_s), stall]
+        past = [segment for segment in self._segments if segment.start_s < start_s]
+        oldest = sum(segment.start_s <= start_s - _HISTORY_S for segment in past)
+        self._keep(past[max(0, oldest - 1) :] + plan)
+
+    def _first_contact(self, plan: list[Segment]) -> Segment | None:
+        """Return the rest against the obstacle that a plan runs into, if it does."""
+        if self._block_rad is None:
+            return None
+        ahead_rad = (self._block_rad - plan[0].angle_rad) % _TURN_RAD or _TURN_RAD
+        above_rad = plan[0].angle_rad + ahead_rad
+        sides = ((above_rad, -_CONTACT_RAD), (above_rad - _TURN_RAD, _CONTACT_RAD))
+        for segment, following in pairwise(plan):
+            duration_s = following.start_s - segment.start_s
+            contacts = [
+                (elapsed_s, obstacle_rad + 2 * gap_rad)
+                for obstacle_rad, gap_rad in sides
+                for elapsed_s in _crossings(segment, obstacle_rad + gap_rad, duration_s)
+            ]
+            if contacts:
+                elapsed_s, rest_rad = min(contacts)
+                return Segment(segment.start_s + elapsed_s, rest_rad)
+        return None
+
+    def _keep(self, segments: list[Segment]) -> None:
+        self._segments = segments
+        rows = [
+            (s.start_s, s.angle_rad, s.rate_rad_s, s.acceleration_rad_s2, s.released_rad)
+            for s in segments
+        ]
+        self._table: FloatArray = np.array(rows).T
+
+    def _columns(self, time_s: FloatArray) -> FloatArray:
+        """Return start, angle, rate, acceleration and release of the segment at each time."""
+        self._told_s = max(self._told_s, float(np.max(time_s)))
+        index = np.searchsorted(self._table[0], time_s, side="right") - 1
+        columns: FloatArray = self._table[:, np.maximum(index, 0)]
+        return columns
+
+
+def _short_of(target_rad: float, here_rad: float, short_rad: float) -> float:
+    distance_rad = target_rad - here_rad
+    return target_rad - math.copysign(min(short_rad, abs(distance_rad)), distance_rad)
+
+
+def _trapezoid(
+    here: Segment,
+    target_rad: float,
+    speed_rad_s: float,
+    acceleration_rad_s2: float,
+    deflection_rad: float,
+) -> list[Segment]:
+    """Plan the quickest way to rest at a target, from any angle and speed.
+
+    Speed up (or down, or first back) to the peak, cruise, decelerate; then the plate's lead over
+    the motor is released, so the deceleration ends that much beyond the target (but never more
+    than the braking distance of a small triangle: half its length). With v the present speed
+    towards it, the peak speed p of a triangle over the distance D is ``p^2 = a D + v^2/2``.
+    """
+    braking_rad = here.rate_rad_s * abs(here.rate_rad_s) / (2 * acceleration_rad_s2)
+    ahead_rad = target_rad - here.angle_rad - braking_rad
+    if abs(ahead_rad) < _CONTACT_RAD:
+        return _deceleration(here, acceleration_rad_s2, deflection_rad)
+    sign = math.copysign(1.0, ahead_rad)
+    deflection_rad = min(deflection_rad, abs(ahead_rad) / 2)
+    distance_rad = sign * (target_rad - here.angle_rad) + deflection_rad
+    v, a = sign * here.rate_rad_s, acceleration_rad_s2
+    peak = min(speed_rad_s, math.sqrt(a * distance_rad + v * v / 2))
+    ramp_s = abs(peak - v) / a
+    cruise_rad = distance_rad - (v + peak) / 2 * ramp_s - peak * peak / (2 * a)
+    cruise_s = max(0.0, cruise_rad / peak)
+
+    accelerating = replace(here, acceleration_rad_s2=sign * math.copysign(a, peak - v))
+    cruising = _next(accelerating, ramp_s, 0.0)
+    braking = _next(cruising, cruise_s, -sign * a)
+    return [accelerating, cruising, *_rest(braking, -sign * deflection_rad, peak / a)]
+
+
+def _deceleration(
+    here: Segment, acceleration_rad_s2: float, deflection_rad: float
+) -> list[Segment]:
+    if here.rate_rad_s == 0:
+        return [replace(here, acceleration_rad_s2=0.0)]
+    sign = math.copysign(1.0, here.rate_rad_s)
+    braking = replace(here, acceleration_rad_s2=-sign * acceleration_rad_s2)
+    duration_s = abs(here.rate_rad_s) / acceleration_rad_s2
+    released_rad = min(deflection_rad, abs(here.rate_rad_s) * duration_s / 2)
+    return _rest(braking, -sign * released_rad, duration_s)
+
+
+def _next(segment: Segment, duration_s: float, acceleration_rad_s2: float) -> Segment:
+    rate_rad_s = segment.rate_rad_s + segment.acceleration_rad_s2 * duration_s
+    angle_rad = segment.angle_rad + (segment.rate_rad_s + rate_rad_s) / 2 * duration_s
+    return Segment(segment.start_s + duration_s, angle_rad, rate_rad_s, acceleration_rad_s2)
+
+
+def _rest(braking: Segment, released_rad: float, duration_s: float) -> list[Segment]:
+    end = _next(braking, duration_s, 0.0)
+    return [braking, replace(end, rate_rad_s=0.0, released_rad=released_rad)]
+
+
+def _crossings(segment: Segment, limit_rad: float, duration_s: float) -> list[float]:
+    """Return when a segment passes an angle, seconds after its start, while it lasts."""
+    half, rate = segment.acceleration_rad_s2 / 2, segment.rate_rad_s
+    offset = segment.angle_rad - limit_rad
+    discriminant = rate * rate - 4 * half * offset
+    if discriminant < 0 or (half == 0 and rate == 0):
+        return []
+    # The numerically stable pair of roots; the linear case is the second with half = 0.
+    q = -(rate + math.copysign(math.sqrt(discriminant), rate)) / 2
+    roots = [q / half] if half else []
+    roots += [offset / q] if q else []
+    return [root for root in roots if 0 <= root <= duration_s]
