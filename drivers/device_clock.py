@@ -7,6 +7,7 @@ import numpy as np
 from drivers.interfaces import FloatArray, IntArray
 
 _WINDOW_S = 10.0  # a 50 ppm crystal drifts 0.5 ms in this time, less than any link's jitter
+_EARLY_WRAPS = 0.25  # latency only ever adds, so most of a wrap is left to lateness
 
 
 class DeviceClock:
@@ -14,7 +15,8 @@ class DeviceClock:
 
     The counter says which sample it is, modulo its size. Losses longer than a wrap are told by
     the arrival time, but only where something was lost: a late delivery loses nothing, however
-    late. Device time is mapped to loop time by the smallest latency seen in the last ten to
+    late; one that is late and incomplete is placed right if it is less than three quarters of a
+    wrap late. Device time is mapped to loop time by the smallest latency seen in the last ten to
     twenty seconds, for latency is never negative and the quickest bytes waited least.
 
     Args:
@@ -48,8 +50,9 @@ class DeviceClock:
             Ticks and loop times, each of the counter's shape.
         """
         steps = self._steps(counter)
-        if self._tick >= 0 and (bytes_lost or int(steps.sum()) > len(steps)):
-            steps[0] += self._missed_wraps(int(steps.sum()), arrival_s)
+        ticks = int(steps.sum())
+        if bytes_lost or ticks > len(steps):
+            steps[steps.argmax()] += self._missed_wraps(ticks, arrival_s)
         tick = self._tick + np.cumsum(steps)
         self._counter, self._tick, self._arrival_s = int(counter[-1]), int(tick[-1]), arrival_s
         time_s = tick.astype(np.float64) * self._period_s + self._epoch(arrival_s)
@@ -70,9 +73,12 @@ class DeviceClock:
         return steps
 
     def _missed_wraps(self, ticks: int, arrival_s: float) -> int:
+        epoch_s = min(self._epoch_s, self._previous_epoch_s)
+        if math.isinf(epoch_s):  # the first delivery: nothing to compare its arrival with
+            return 0
         wrap = self._modulus // self._counts_per_sample
-        excess = (arrival_s - self._arrival_s) / self._period_s - ticks
-        return wrap * max(0, round(excess / wrap))
+        excess = (arrival_s - epoch_s) / self._period_s - self._tick - ticks
+        return wrap * max(0, math.floor(excess / wrap + _EARLY_WRAPS))
 
     def _epoch(self, arrival_s: float) -> float:
         if arrival_s >= self._window_end_s:

@@ -22,8 +22,11 @@ class _QueueListener:
 
     def put(self, item: SampleBlock | DriverError) -> None:
         if self._queue.full():
-            self._queue.get_nowait()
-            item = DriverError(f"a listener of {self._name} fell {_QUEUE_BLOCKS} blocks behind")
+            self._queue = asyncio.Queue(_QUEUE_BLOCKS)
+            item = DriverError(
+                f"a listener of {self._name} fell {_QUEUE_BLOCKS} blocks behind and they were "
+                "discarded; read faster, or stop listening"
+            )
         self._queue.put_nowait(item)
 
     async def next(self, timeout_s: float) -> SampleBlock:
@@ -41,8 +44,9 @@ class _QueueListener:
 class SensorStream:
     """Reads a sensor's link in a task of its own and publishes its blocks.
 
-    A device that falls silent fails every listener; one that comes back, or whose port does,
-    is brought up again (it may have lost its configuration) and the stream goes on.
+    A device that falls silent fails every listener at once, one whose port is gone does so after
+    a grace time. Whenever it comes back it is brought up again (it may have lost its
+    configuration) and the stream goes on.
 
     Args:
         link: The open link; during :meth:`start` to :meth:`stop` nobody else reads it.
@@ -74,11 +78,12 @@ class SensorStream:
 
     async def stop(self) -> None:
         """Stop reading; the link stays open."""
-        if self._task is not None:
-            self._task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._task
-            self._task = None
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            await asyncio.wait([task])
+            if not task.cancelled():
+                task.result()  # a defect that ended the stream must not end in silence
 
     @contextlib.asynccontextmanager
     async def listen(self) -> AsyncIterator[Listener]:
@@ -93,13 +98,47 @@ class SensorStream:
     async def _run(self) -> None:
         while True:
             try:
-                self._publish(await self._link.read(SILENCE_S))
-            except LinkTimeoutError:
-                msg = f"{self._name} has been silent for {SILENCE_S:g} s; check power and cable"
-                self._fail(LinkTimeoutError(msg))
-                await self._return_of_device()
-            except TransportError as error:
+                await self._read_until_silent()
+                await self._wait_until_heard()
+                await self._bring_up()
+            except DriverError as error:
                 await self._reconnect(error)
+            self._counters.reconnects += 1
+
+    async def _read_until_silent(self) -> None:
+        with contextlib.suppress(LinkTimeoutError):
+            while True:
+                self._publish(await self._link.read(SILENCE_S))
+        msg = f"{self._name} has been silent for {SILENCE_S:g} s; check power and cable"
+        self._fail(LinkTimeoutError(msg))
+
+    async def _wait_until_heard(self) -> None:
+        while True:
+            with contextlib.suppress(LinkTimeoutError):
+                await self._link.read(SILENCE_S)
+                return
+
+    async def _reconnect(self, error: DriverError) -> None:
+        """Open the link and bring the device up until both succeed.
+
+        The listeners are told once: of a link that does not come back after a grace time, of a
+        device that answers wrongly at once.
+        """
+        loop = asyncio.get_running_loop()
+        grace_end_s = loop.time() + _RECONNECT_S
+        told = False
+        while True:
+            if not told and (loop.time() >= grace_end_s or not isinstance(error, TransportError)):
+                self._fail(error)
+                told = True
+            try:
+                await self._link.open()
+                await self._bring_up()
+            except DriverError as again:
+                error = again
+                await asyncio.sleep(_RETRY_S)
+            else:
+                return
 
     def _publish(self, chunk: Chunk) -> None:
         block = self._decode(chunk)
@@ -110,35 +149,3 @@ class SensorStream:
     def _fail(self, error: DriverError) -> None:
         for listener in self._listeners:
             listener.put(error)
-
-    async def _return_of_device(self) -> None:
-        """Wait for a silent device's next byte, then bring it up as after a power cycle."""
-        while True:
-            with contextlib.suppress(LinkTimeoutError):
-                await self._link.read(SILENCE_S)
-                break
-        await self._restore()
-
-    async def _reconnect(self, cause: TransportError) -> None:
-        """Open the link again until it works; listeners are failed after a grace time."""
-        loop = asyncio.get_running_loop()
-        deadline_s = loop.time() + _RECONNECT_S
-        while True:
-            with contextlib.suppress(TransportError):
-                await self._link.open()
-                break
-            if loop.time() >= deadline_s:
-                self._fail(cause)
-                deadline_s = float("inf")
-            await asyncio.sleep(_RETRY_S)
-        await self._restore()
-
-    async def _restore(self) -> None:
-        try:
-            await self._bring_up()
-        except TransportError as error:
-            await self._reconnect(error)
-        except DriverError as error:
-            self._fail(error)
-        else:
-            self._counters.reconnects += 1

@@ -209,7 +209,7 @@ class Zaber:
 
         def check() -> None:
             if self._stops != stops:
-                msg = f"The table was told to stop before '{motion}' was sent; it stands."
+                msg = f"The table was told to stop, so '{motion}' was given up."
                 raise DeviceFaultError(msg, STOPPED)
 
         await self._dialogue.request(motion, check=check)
@@ -291,4 +291,4 @@ def _missed(start_rad: float, target_rad: float, end_rad: float) -> DeviceFaultE
 
 
 def _deg(angle_rad: float) -> str:
-    return f"{round(math.degrees(angle_rad), 2):g} deg"
+    return f"{round(math.degrees(angle_rad), 2) + 0.0:g} deg"  # + 0.0: no "-0 deg"

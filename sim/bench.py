@@ -48,15 +48,27 @@ class Bench:
     """The plate on the turning Earth, and the sensors on the plate.
 
     Args:
-        truth: Where the bench stands; may be replaced while running.
+        truth: Where the bench stands.
         plate: The table.
         clockwise: Whether the table's positive direction is clockwise seen from above.
     """
 
     def __init__(self, truth: Truth, plate: Plate, *, clockwise: bool = False) -> None:
-        self.truth = truth
         self.plate = plate
+        self.truth = truth
         self._direction = -1.0 if clockwise else 1.0
+
+    @property
+    def truth(self) -> Truth:
+        """Where the bench stands; may be replaced while running."""
+        return self._truth
+
+    @truth.setter
+    def truth(self, truth: Truth) -> None:
+        self._truth = truth
+        # Every burst of every sensor asks: work it out once.
+        self._earth_rate_t = truth.earth_rate_t()
+        self._specific_force_t = truth.specific_force_t()
 
     def felt(
         self, mounting: Mounting, time_s: FloatArray, period_s: float
@@ -69,9 +81,9 @@ class Bench:
         edges = np.concatenate([time_s[:1] - period_s, time_s])
         angle = self._direction * self.plate.angle_rad(edges)
         middle = (angle[1:] + angle[:-1]) / 2 + mounting.angle_rad
-        rate = _along(middle, self.truth.earth_rate_t())
+        rate = _along(middle, self._earth_rate_t)
         rate[:, 2] += np.diff(angle) / period_s
-        force = _along(middle, self.truth.specific_force_t())
+        force = _along(middle, self._specific_force_t)
         axes = mounting.body_axes()
         return rate @ axes.T, force @ axes.T
 

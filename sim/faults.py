@@ -1,6 +1,7 @@
 """What goes wrong on a wire: bytes lost, changed, late, or none at all."""
 
 import asyncio
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,8 @@ class FaultyWire:
         self.link = MemoryLink(name, self._to_device)
         self._device = device
         self._random = random
+        self._late: deque[bytes] = deque()
+        self._due_s = 0.0
         device.connect(self._to_client)
 
     def _to_device(self, data: bytes) -> None:
@@ -51,11 +54,20 @@ class FaultyWire:
         if self.faults.silent:
             return
         arrived = self._damaged(data)
-        if self.faults.delay_s:
-            loop = asyncio.get_running_loop()
-            loop.call_later(self.faults.delay_s, self.link.deliver, arrived)
+        if self.faults.delay_s or self._late:
+            self._deliver_late(arrived)
         else:
             self.link.deliver(arrived)
+
+    def _deliver_late(self, arrived: bytes) -> None:
+        """Keep the order: timers due at one moment fire in any, and the delay may shrink."""
+        loop = asyncio.get_running_loop()
+        self._due_s = max(self._due_s, loop.time() + self.faults.delay_s)
+        self._late.append(arrived)
+        loop.call_at(self._due_s, self._deliver_oldest)
+
+    def _deliver_oldest(self) -> None:
+        self.link.deliver(self._late.popleft())
 
     def _damaged(self, data: bytes) -> bytes:
         if not (self.faults.drop_per_byte or self.faults.corrupt_per_byte):

@@ -187,6 +187,7 @@ class Plate:
     def _follow(self, plan: list[Segment]) -> None:
         """Replace the future by a plan, cut where an obstacle stands in its way."""
         self._plan, start_s = plan, plan[0].start_s
+        self._told_s = start_s
         stall = self._first_contact(plan)
         self._stalled = stall is not None
         if stall is not None:

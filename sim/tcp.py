@@ -41,7 +41,7 @@ class _Socket:
         try:
             while data := await reader.read(_READ_BYTES):
                 self._device.receive_data(data)
-        except ConnectionError:
+        except OSError:
             pass  # a client that was killed says no good-bye
         finally:
             writer.close()
@@ -55,5 +55,5 @@ class _Socket:
 
     def hang_up(self) -> None:
         if self._writer is not None:
-            self._writer.close()
+            self._writer.transport.abort()  # closing would wait for a client that reads nothing
             self._writer = None

@@ -162,8 +162,9 @@ def _layout(message: Message) -> tuple[str, str]:
             return "@", f"{head} {warning} {data}"
         case Info(device, axis, data):
             return "#", f"{device:02} {axis} {data}"
-        case Alert(device, axis, busy, warning):
-            return "!", f"{device:02} {axis} {_status(busy)} {warning}"
+        case _:
+            status = f"{_status(message.busy)} {message.warning}"
+            return "!", f"{message.device:02} {message.axis} {status}"
 
 
 def _id(message_id: int | None) -> str:

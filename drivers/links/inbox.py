@@ -24,6 +24,8 @@ class Inbox:
 
     def put(self, data: bytes, arrival_s: float) -> None:
         """Add bytes; where nobody reads, the oldest are overrun, as on any port."""
+        if self._failure is not None:
+            return  # a port that came back has to be opened again
         self._buffer += data
         del self._buffer[:-_CAPACITY_BYTES]
         self._arrival_s = arrival_s
@@ -34,6 +36,15 @@ class Inbox:
         self._failure = error
         self._changed.set()
 
+    def check(self) -> None:
+        """Raise what the link failed with, if it has.
+
+        Raises:
+            TransportError: The link has failed.
+        """
+        if self._failure is not None:
+            raise self._failure
+
     async def get(self, timeout_s: float) -> Chunk:
         """Return everything that has arrived.
 
@@ -43,8 +54,8 @@ class Inbox:
         """
         if not self._buffer and self._failure is None:
             await self._wait(timeout_s)
-        if not self._buffer and self._failure is not None:
-            raise self._failure
+        if not self._buffer:
+            self.check()
         chunk = Chunk(bytes(self._buffer), self._arrival_s)
         self._buffer.clear()
         return chunk

@@ -42,9 +42,7 @@ class MemoryLink:
 
     async def write(self, data: bytes) -> None:
         """Hand the bytes to the device at once."""
-        self._opened()
-        if not self._plugged_in:
-            raise self._gone()
+        self._opened().check()
         self._on_write(data)
 
     async def read(self, timeout_s: float) -> Chunk:
@@ -56,7 +54,7 @@ class MemoryLink:
 
     def deliver(self, data: bytes) -> None:
         """Send bytes from the device to the driver."""
-        if self._inbox is not None and self._plugged_in and data:
+        if self._inbox is not None and data:
             self._inbox.put(data, asyncio.get_running_loop().time())
 
     def unplug(self) -> None:

@@ -6,6 +6,7 @@ USB converters do anyway: at 1 kHz a hand-over per sample would cost a fifth of 
 
 import asyncio
 import errno
+import sys
 import threading
 from contextlib import suppress
 
@@ -16,9 +17,27 @@ from drivers.errors import TransportError
 from drivers.interfaces import Chunk
 from drivers.links.inbox import Inbox
 
+if sys.platform == "win32":
+    _PORT_ERRORS: tuple[type[Exception], ...] = (OSError,)
+else:
+    import termios  # noqa: TID251 - its error is no OSError, and pyserial lets it through
+
+    _PORT_ERRORS = (OSError, termios.error)
+
 _BURST_S = 0.01
-_BURST_BYTES = 1 << 16  # never full: the burst ends by time
+_BURST_BYTES = 1 << 16  # a read without waiting returns what is there, at the most this
 _WRITE_TIMEOUT_S = 1.0
+
+_BUSY = "another program holds the port; close that program"
+_REMEDIES = {
+    errno.EACCES: "no permission, or another program holds it (on Linux: join the group dialout)",
+    errno.EAGAIN: _BUSY,
+    errno.EBUSY: _BUSY,
+    errno.ENOTTY: "that is not a serial port; check the link in the configuration",
+    errno.ECONNREFUSED: "nothing listens there; start the server or check the address",
+}
+#: On Windows pyserial keeps the system's error as text only.
+_WINDOWS_ERRORS = {"FileNotFoundError": errno.ENOENT, "PermissionError": errno.EACCES}
 
 
 class SerialLink:
@@ -62,17 +81,14 @@ class SerialLink:
         port, reader = self._port, self._reader
         self._port = self._reader = None
         self._closing.set()
-        if reader is not None:
-            await asyncio.get_running_loop().run_in_executor(None, reader.join)
-        if port is not None:
-            with suppress(OSError):  # a port that is gone cannot be closed either
-                port.close()
+        if port is not None and reader is not None:
+            await asyncio.get_running_loop().run_in_executor(None, _release, port, reader)
 
     async def write(self, data: bytes) -> None:
         """Send bytes; commands are far smaller than the kernel's buffer, so this does not wait."""
         try:
             self._opened().write(data)
-        except (serial.SerialException, OSError) as error:
+        except _PORT_ERRORS as error:
             raise self._failure(error) from error
 
     async def read(self, timeout_s: float) -> Chunk:
@@ -81,10 +97,17 @@ class SerialLink:
         return await self._inbox.get(timeout_s)
 
     def set_baudrate(self, baudrate: int) -> None:
-        """Change the line speed, now and for every later open."""
+        """Change the line speed, now and for every later open.
+
+        Raises:
+            TransportError: The port is gone or cannot be that fast.
+        """
         self._baudrate = baudrate
         if self._port is not None:
-            self._port.baudrate = baudrate
+            try:
+                self._port.baudrate = baudrate
+            except (*_PORT_ERRORS, ValueError) as error:
+                raise self._failure(error) from error
 
     def _opened(self) -> serial.SerialBase:
         if self._port is None:
@@ -97,11 +120,11 @@ class SerialLink:
             port = serial.serial_for_url(
                 self._url,
                 baudrate=self._baudrate,
-                timeout=_BURST_S,
+                timeout=0,
                 write_timeout=_WRITE_TIMEOUT_S,
                 exclusive=True,
             )
-        except (serial.SerialException, OSError, ValueError) as error:
+        except (*_PORT_ERRORS, ValueError) as error:
             raise self._failure(error) from error
         return port
 
@@ -112,10 +135,10 @@ class SerialLink:
         closing: threading.Event,
         loop: asyncio.AbstractEventLoop,
     ) -> None:
-        while not closing.is_set():
+        while not closing.wait(_BURST_S):
             try:
                 data = port.read(_BURST_BYTES)
-            except (serial.SerialException, OSError) as error:
+            except _PORT_ERRORS as error:
                 loop.call_soon_threadsafe(inbox.fail, self._failure(error))
                 return
             if data:
@@ -125,16 +148,30 @@ class SerialLink:
         return TransportError(f"{self._url}: {_reason(error)}")
 
 
+def _release(port: serial.SerialBase, reader: threading.Thread) -> None:
+    """Join the reader and close its port; pyserial takes 0.3 s to close a socket."""
+    reader.join()
+    with suppress(*_PORT_ERRORS):  # a port that is gone cannot be closed either
+        port.close()
+
+
 def _reason(error: Exception) -> str:
     """Say what is wrong with the port and what to do, for what the operating system said."""
-    number, text = getattr(error, "errno", None), str(error)
-    if number == errno.ENOENT or "FileNotFoundError" in text:
+    number = _error_number(error)
+    if number == errno.ENOENT:
         present = ", ".join(sorted(port.device for port in list_ports.comports())) or "none"
         return f"there is no such port; check the cable. Ports present: {present}"
-    if number == errno.EACCES or "PermissionError" in text:
-        return "no permission, or another program holds it (on Linux: join the group dialout)"
-    if number in {errno.EBUSY, errno.EAGAIN} or "exclusively lock" in text:
-        return "another program holds the port; close that program"
-    if number == errno.ECONNREFUSED:
-        return "nothing listens there; start the server or check the address"
-    return f"the port failed ({text})"
+    if number in _REMEDIES:
+        return _REMEDIES[number]
+    if isinstance(error, ValueError):
+        return f"{error}; check the link in the configuration"
+    return f"the port failed ({error}); check its cable and power"
+
+
+def _error_number(error: Exception) -> int | None:
+    """Find the system's error number: in pyserial's error, in what that was raised for, or named."""
+    for candidate in (error, error.__context__):
+        if isinstance(candidate, _PORT_ERRORS) and isinstance(candidate.args[0], int):
+            return candidate.args[0]
+    named = (number for name, number in _WINDOWS_ERRORS.items() if name in str(error))
+    return next(named, None)

@@ -163,7 +163,7 @@ def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
         f"{'h' if term.order < HIGHEST_ORDER else 'h^2'}"
         for term in found
     )
-    advice = "let the gyro warm up, or measure out and back twice."
+    advice = "let the gyro warm up, or measure out and back, twice where it curves."
     return Check(
         "drift", status, f"{text}; {sizes} moves the azimuth by {shift / ARCMIN:.2f}': {advice}"
     )

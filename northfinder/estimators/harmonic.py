@@ -92,17 +92,12 @@ class HarmonicFit:
         return np.sqrt(self._unit_variance / np.mean(self.design.weight**2))
 
     @property
-    def parameter_covariance(self) -> FloatArray:
-        """Covariance of all parameters, ``(..., p, p)``.
+    def covariance(self) -> FloatArray:
+        """Covariance of (R, a, b), ``(..., 3, 3)``.
 
         With given sigma every row shares one matrix, broadcast; otherwise each row's own
         residuals scale it, and without degrees of freedom it is NaN.
         """
-        return self._scaled(self.design.unit_covariance)
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance of (R, a, b), ``(..., 3, 3)``; see :attr:`parameter_covariance`."""
         return self._scaled(self.design.unit_covariance[:3, :3])
 
     @property

@@ -105,6 +105,7 @@ class Axis:
     def restart(self) -> None:
         """Begin as at power-up: the motion is broken off and the counter is 0 here."""
         self._decelerate(self._acceleration_rad_s2())
+        self._target_rad = None
         self._zero_rad = self._mechanism.angle_at(_now_s())
         self._warnings = {NO_REFERENCE}
 

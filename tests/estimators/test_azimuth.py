@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 
 from northfinder.errors import EstimationError
 from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
@@ -37,16 +38,11 @@ latitudes_deg = st.floats(-85.0, 85.0)
 
 
 def solve(
-    azimuth_deg: Any, pitch_deg: Any, roll_deg: Any, latitude_deg: Any, method: Method
+    azimuth_deg: ArrayLike, pitch_deg: float, roll_deg: float, latitude_deg: float, method: Method
 ) -> Array:
     """Azimuth in rad from noise-free readings."""
-    latitude_rad = np.asarray(latitude_deg) * DEG
-    rate, force = read(
-        np.asarray(azimuth_deg) * DEG,
-        np.asarray(pitch_deg) * DEG,
-        np.asarray(roll_deg) * DEG,
-        latitude_rad,
-    )
+    latitude_rad = latitude_deg * DEG
+    rate, force = read(np.asarray(azimuth_deg) * DEG, pitch_deg * DEG, roll_deg * DEG, latitude_rad)
     tilt = estimate_tilt(fit_harmonic(TWENTY_FOUR_RAD, force))
     fit = fit_harmonic(TWENTY_FOUR_RAD, rate)
     return solve_azimuth(fit, tilt, latitude_rad, method).azimuth_rad
@@ -68,8 +64,8 @@ def largest_error_deg(epsilon_deg: float, zeta_deg: float, method: Method) -> fl
 @pytest.mark.parametrize("case", GOLDEN["cases"])
 def test_every_intermediate_of_the_golden_cases(case: dict[str, Any]) -> None:
     latitude_rad = case["latitude_deg"] * DEG
-    truth = [case[f"{name}_deg"] * DEG for name in ("azimuth", "pitch", "roll")]
-    rate, force = read(*truth, latitude_rad)
+    azimuth, pitch, roll = (case[f"{name}_deg"] * DEG for name in ("azimuth", "pitch", "roll"))
+    rate, force = read(azimuth, pitch, roll, latitude_rad)
     fit = fit_harmonic(TWENTY_FOUR_RAD, rate + 0.3 * DEG_PER_HOUR)
     tilt = estimate_tilt(fit_harmonic(TWENTY_FOUR_RAD, force))
     golden_rate = [0.3, case["a_deg_h"], case["b_deg_h"]]
@@ -122,10 +118,9 @@ def test_a_hair_west_of_north_is_zero_or_just_below_a_turn() -> None:
 def test_the_errors_that_the_paper_prints_and_those_it_does_not(
     epsilon_deg: float, zeta_deg: float, method: Method, error_deg: float
 ) -> None:
-    tolerance_deg = 0.005 if error_deg == 8.55 else 5e-5
-    assert largest_error_deg(epsilon_deg, zeta_deg, method) == pytest.approx(
-        error_deg, abs=tolerance_deg
-    )
+    within_deg = 0.005 if method == "uncompensated" else 5e-5  # the digits that are known
+    got_deg = largest_error_deg(epsilon_deg, zeta_deg, method)
+    assert got_deg == pytest.approx(error_deg, abs=within_deg)
 
 
 def test_uncompensated_over_all_directions_of_tilt_errs_by_nine_degrees() -> None:
@@ -141,8 +136,7 @@ def test_one_degree_of_tilt_costs_fifty_minutes_uncompensated() -> None:
     azimuths_deg,
     st.floats(0.1, 25.0),
     st.floats(0.0, 360.0),
-    st.floats(5.0, 80.0),
-    st.sampled_from([-1.0, 1.0]),
+    st.floats(5.0, 80.0) | st.floats(-80.0, -5.0),
     st.sampled_from(METHODS),
 )
 def test_jacobians_are_the_central_differences(
@@ -150,10 +144,9 @@ def test_jacobians_are_the_central_differences(
     epsilon_deg: float,
     zeta_deg: float,
     latitude_deg: float,
-    hemisphere: float,
     method: Method,
 ) -> None:
-    latitude_rad = hemisphere * latitude_deg * DEG
+    latitude_rad = latitude_deg * DEG
     pitch, roll = (angle * DEG for angle in tilted(epsilon_deg, zeta_deg))
     rate, force = read(azimuth_deg * DEG, pitch, roll, latitude_rad)
     fit = fit_harmonic(TWENTY_FOUR_RAD, rate)
@@ -161,13 +154,10 @@ def test_jacobians_are_the_central_differences(
     jacobian = solve_azimuth(fit, tilt, latitude_rad, method).jacobian
 
     def azimuth_at(x: Array) -> Array:
-        gyro = fit_harmonic(
-            TWENTY_FOUR_RAD, x[0] * np.cos(TWENTY_FOUR_RAD) + x[1] * np.sin(TWENTY_FOUR_RAD)
-        )
-        level = fit_harmonic(
-            TWENTY_FOUR_RAD, x[2] * np.cos(TWENTY_FOUR_RAD) + x[3] * np.sin(TWENTY_FOUR_RAD)
-        )
-        return solve_azimuth(gyro, estimate_tilt(level), x[4], method).azimuth_rad
+        harmonics = np.stack([np.cos(TWENTY_FOUR_RAD), np.sin(TWENTY_FOUR_RAD)])
+        level = estimate_tilt(fit_harmonic(TWENTY_FOUR_RAD, x[2:4] @ harmonics))
+        gyro = fit_harmonic(TWENTY_FOUR_RAD, x[0:2] @ harmonics)
+        return solve_azimuth(gyro, level, x[4], method).azimuth_rad
 
     at = np.array([fit.a, fit.b, *tilt.level, latitude_rad])
     for index, step in enumerate([1e-6 * OMEGA_RAD_S] * 2 + [1e-6] * 3):

@@ -11,7 +11,7 @@ OMEGA_RAD_S = 7.292115e-5
 DEG = np.pi / 180.0
 ARCMIN = DEG / 60.0
 DEG_PER_HOUR = DEG / 3600.0
-TWENTY_FOUR_RAD = np.arange(24) * 15.0 * DEG
+TWENTY_FOUR_RAD: Array = np.arange(24.0) * 15.0 * DEG
 
 
 class Readings(NamedTuple):

@@ -1,0 +1,1 @@
+"""Measurements that show what the project promises, on this machine, in one command."""

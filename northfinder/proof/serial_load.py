@@ -1,0 +1,75 @@
+"""A minute of both sensors at full rate through real pseudo-terminals, in wall time."""
+
+import asyncio
+import json
+import sys
+import time
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager
+
+from drivers.interfaces import InertialSensor
+from drivers.kvh import Kvh
+from drivers.links.serial import SerialLink
+from drivers.stim300 import Stim300
+from northfinder.proof.measurements import Figure
+
+_SENSORS: dict[str, type[Kvh] | type[Stim300]] = {"gyro": Kvh, "accelerometer": Stim300}
+
+
+def serial_load(duration_s: float = 60.0) -> Iterator[Figure]:
+    """Read KVH format A at 1 kHz and STIM300 at 500 Hz; the instruments are another process.
+
+    The processor time is this process's own: drivers, links and codecs.
+    """
+    lost, share = asyncio.run(_load(duration_s))
+    of_load = f"1 kHz KVH and 500 Hz STIM300 on ptys for {duration_s:g} s"
+    yield Figure(f"{of_load}: samples lost", float(lost), "samples", "<", 1.0)
+    yield Figure(f"{of_load}: processor", 100.0 * share, "% of one core", "<", 25.0)
+
+
+async def _load(duration_s: float) -> tuple[int, float]:
+    async with _simulated_instruments() as links:
+        sensors: list[InertialSensor] = [
+            await driver(SerialLink(links[role], driver.baudrate)).open()
+            for role, driver in _SENSORS.items()
+        ]
+        try:
+            start_s, start_cpu_s = time.perf_counter(), time.process_time()
+            counts = await asyncio.gather(*(_count(sensor, duration_s) for sensor in sensors))
+            elapsed_s = time.perf_counter() - start_s
+            share = (time.process_time() - start_cpu_s) / elapsed_s
+        finally:
+            for sensor in sensors:
+                await sensor.close()
+    return sum(counts), share
+
+
+async def _count(sensor: InertialSensor, duration_s: float) -> int:
+    """Listen for that much device time, and return how many of its samples did not come."""
+    expected, came, first = round(duration_s / sensor.sample_period_s), 0, None
+    async with sensor.listen() as listener:
+        while True:
+            block = await listener.next(timeout_s=2.0)
+            first = int(block.tick[0]) if first is None else first
+            came += int((block.tick < first + expected).sum())
+            if block.tick[-1] >= first + expected - 1:
+                return expected - came
+
+
+@asynccontextmanager
+async def _simulated_instruments() -> AsyncIterator[dict[str, str]]:
+    """Serve the simulated instruments from a process of their own; yields link by role."""
+    command = (sys.executable, "-m", "northfinder", "sim", "--serial", "pty")
+    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
+    if process.stdout is None:
+        msg = "the simulated instruments have no output to announce their links on"
+        raise RuntimeError(msg)
+    try:
+        links: dict[str, str] = {}
+        while len(links) < 1 + len(_SENSORS):
+            announced = json.loads(await process.stdout.readline())
+            links[announced["role"]] = announced["link"]
+        yield links
+    finally:
+        process.terminate()
+        await process.wait()

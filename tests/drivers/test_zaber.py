@@ -1,0 +1,485 @@
+"""The Zaber driver finds, homes, turns and stops the stage, and says plainly what goes wrong."""
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+from drivers.errors import DeviceFaultError, LinkTimeoutError, ProtocolError, TransportError
+from drivers.interfaces import TableState
+from drivers.links.memory import MemoryLink
+from drivers.zaber import LATE, SHORT, STOPPED, Zaber
+from sim.clock import run_virtual
+from sim.devices.zaber import SimulatedZaber
+from sim.faults import FaultyWire
+from sim.motion import Plate
+
+T = TypeVar("T")
+MILLIDEGREE = math.radians(1e-3)
+
+
+@dataclass
+class Bench:
+    """A stage on a faulty wire, and its driver."""
+
+    plate: Plate
+    device: SimulatedZaber
+    wire: FaultyWire
+    table: Zaber
+
+
+@asynccontextmanager
+async def bench(start_deg: float = 100.0) -> AsyncIterator[Bench]:
+    plate = Plate(math.radians(start_deg), 1e-5, np.random.default_rng(3))
+    device = SimulatedZaber(plate)
+    wire = FaultyWire("sim:turntable", device, np.random.default_rng(4))
+    running = asyncio.create_task(device.run())
+    table = Zaber(wire.link)
+    try:
+        yield Bench(plate, device, wire, await table.open())
+    finally:
+        await table.close()
+        running.cancel()
+
+
+def on_bench(use: Callable[[Bench], Awaitable[T]], start_deg: float = 100.0) -> T:
+    async def run() -> T:
+        async with bench(start_deg) as on:
+            return await use(on)
+
+    return run_virtual(run())
+
+
+def fault_of(use: Callable[[Bench], Awaitable[object]]) -> tuple[str, str]:
+    """Return code and message of the fault that the homed table raises."""
+
+    async def run(on: Bench) -> tuple[str, str]:
+        await on.table.home()
+        with pytest.raises(DeviceFaultError) as raised:
+            await use(on)
+        return raised.value.code, str(raised.value)
+
+    return on_bench(run)
+
+
+def test_opening_reads_identity_and_limits_from_the_device() -> None:
+    async def use(on: Bench) -> Zaber:
+        return on.table
+
+    table = on_bench(use)
+    identity = table.identity
+    assert (identity.vendor, identity.model) == ("Zaber", "device 50952")
+    assert (identity.serial_number, identity.firmware) == ("77261", "7.30")
+    assert math.degrees(table.limits.speed_rad_s) == pytest.approx(120, rel=1e-6)
+    assert math.degrees(table.limits.acceleration_rad_s2) == pytest.approx(360, rel=2e-3)
+    assert table.link_name == "sim:turntable"
+
+
+@pytest.mark.parametrize("start_deg", [-170.0, 0.0, 100.0, 359.0, 700.0])
+def test_homing_finds_the_plates_mark_from_an_unknown_angle(start_deg: float) -> None:
+    async def use(on: Bench) -> tuple[TableState, TableState, float]:
+        before, after = await on.table.state(), await on.table.home()
+        return before, after, on.plate.angle_at(1e6)
+
+    before, after, plate_rad = on_bench(use, start_deg)
+    assert before == TableState(0.0, moving=False, homed=False)
+    assert after == TableState(0.0, moving=False, homed=True)
+    assert math.remainder(plate_rad, 2 * math.pi) == pytest.approx(0, abs=5 * MILLIDEGREE)
+
+
+def test_a_revolution_of_moves_arrives_at_every_angle() -> None:
+    async def use(on: Bench) -> list[tuple[float, float, float]]:
+        await on.table.home()
+        angles_rad = [*np.radians(np.arange(0, 361, 45)), *np.radians(np.arange(315, -1, -45))]
+        return [
+            (target, (await on.table.move_to(target)).angle_rad, on.plate.angle_at(1e6))
+            for target in angles_rad
+        ]
+
+    for target_rad, reported_rad, plate_rad in on_bench(use):
+        assert reported_rad == pytest.approx(target_rad, abs=MILLIDEGREE)
+        assert plate_rad == pytest.approx(target_rad, abs=5 * MILLIDEGREE)
+
+
+def test_a_move_takes_the_profiles_time_and_no_more_than_a_poll() -> None:
+    async def use(on: Bench) -> float:
+        await on.table.home()
+        start_s = asyncio.get_running_loop().time()
+        await on.table.move_to(math.radians(90))
+        return asyncio.get_running_loop().time() - start_s
+
+    assert on_bench(use) == pytest.approx(90 / 120 + 120 / 360, abs=0.06)
+
+
+def test_a_stop_during_a_move_ends_the_move_with_where_it_stands() -> None:
+    async def use(on: Bench) -> None:
+        move = asyncio.create_task(on.table.move_to(math.radians(180)))
+        await asyncio.sleep(0.72)
+        await on.table.stop()
+        assert not (await on.table.state()).moving
+        await move
+
+    code, message = fault_of(use)
+    assert code == STOPPED
+    assert message.startswith("The table was stopped at 86")
+    assert message.endswith("deg during the move to 180 deg.")
+
+
+def test_a_stop_before_the_command_is_sent_keeps_the_table_still() -> None:
+    async def use(on: Bench) -> None:
+        on.wire.faults.delay_s = 0.01
+        angle_rad = on.plate.angle_at(1e6)
+        move = asyncio.create_task(on.table.move_to(1.0))
+        await asyncio.sleep(0.005)
+        try:
+            await on.table.stop()
+            await move
+        finally:
+            assert on.plate.angle_at(1e6) == angle_rad
+
+    code, message = fault_of(use)
+    assert code == STOPPED
+    assert message == "The table was told to stop, so 'move abs 244462' was given up."
+
+
+def test_a_move_whose_reply_was_lost_is_not_repeated_once_a_stop_was_asked_for() -> None:
+    async def use(on: Bench) -> None:
+        on.wire.faults.delay_s = 0.01
+        move = asyncio.create_task(on.table.move_to(1.0))
+        await asyncio.sleep(0.005)
+        on.wire.faults.drop_per_byte = 1.0
+        await asyncio.sleep(0.1)
+        assert on.plate.angle_at(asyncio.get_running_loop().time()) > 0.01
+        on.wire.faults.drop_per_byte = 0.0
+        await on.table.stop()
+        try:
+            await move
+        finally:
+            assert not (await on.table.state()).moving
+
+    assert fault_of(use) == (
+        STOPPED,
+        "The table was told to stop, so 'move abs 244462' was given up.",
+    )
+
+
+def test_a_stop_during_homing_is_told_even_if_the_old_reference_still_holds() -> None:
+    async def use(on: Bench) -> None:
+        await on.table.move_to(2.0)
+        homing = asyncio.create_task(on.table.home())
+        await asyncio.sleep(0.5)
+        await on.table.stop()
+        await homing
+
+    code, message = fault_of(use)
+    assert code == STOPPED
+    assert message.endswith("during homing.")
+
+
+def test_an_obstacle_stalls_the_table_and_once_removed_the_move_succeeds() -> None:
+    async def use(on: Bench) -> None:
+        on.plate.block_at(math.radians(50))
+        try:
+            await on.table.move_to(math.radians(135))
+        finally:
+            on.plate.block_at(None)
+            state = await on.table.move_to(math.radians(135))
+            assert state.angle_rad == pytest.approx(math.radians(135), abs=MILLIDEGREE)
+
+    code, message = fault_of(use)
+    assert code == "FS"
+    assert message == (
+        "The table reports FS, stalled and stopped, at 50 deg."
+        " Check for an obstruction and its power, then resume."
+    )
+
+
+@pytest.mark.parametrize(
+    ("short_deg", "side"), [(0.31, "0.31 deg short of"), (-0.02, "0.02 deg beyond")]
+)
+def test_a_table_that_misses_says_by_how_much(short_deg: float, side: str) -> None:
+    async def use(on: Bench) -> None:
+        on.plate.fall_short_by(math.radians(short_deg))
+        await on.table.move_to(math.radians(135))
+
+    code, message = fault_of(use)
+    assert code == SHORT
+    if short_deg > 0:
+        assert message == (
+            f"The table stopped {side} 135 deg. Check for an obstruction, then resume."
+        )
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.3])
+def test_a_lost_reference_is_told_before_and_during_a_move(delay_s: float) -> None:
+    async def use(on: Bench) -> None:
+        loop = asyncio.get_running_loop()
+        if delay_s:
+            loop.call_later(delay_s, on.device.lose_reference)
+        else:
+            on.device.lose_reference()
+        await on.table.move_to(2.0)
+
+    code, message = fault_of(use)
+    assert code == "WR"
+    assert message.endswith("Home it, then resume.")
+
+
+def test_a_table_that_turns_too_slowly_is_stopped_and_the_delay_told() -> None:
+    async def use(on: Bench) -> None:
+        on.device.receive_data(b"/1 1 set maxspeed 5000\n")
+        try:
+            await on.table.move_to(2.0)
+        finally:
+            assert not (await on.table.state()).moving
+
+    assert fault_of(use)[0] == LATE
+
+
+def test_opening_stops_a_table_that_a_crashed_program_left_turning() -> None:
+    async def use(on: Bench) -> TableState:
+        on.device.receive_data(b"/1 1 move vel 300000\n")
+        await asyncio.sleep(1.0)
+        await on.table.open()
+        return await on.table.state()
+
+    assert not on_bench(use).moving
+
+
+def test_closing_stops_the_table_and_leaves_the_checksum_setting_as_it_was() -> None:
+    async def run() -> list[bytes]:
+        heard: list[bytes] = []
+        async with bench() as on:
+            on.device.receive_data(b"/1 1 move vel 300000\n")
+        on.device.connect(heard.append)
+        on.device.receive_data(b"/1 get comm.checksum\n/1\n")
+        return heard
+
+    assert run_virtual(run()) == [b"@01 0 OK IDLE WR 0\r\n", b"@01 0 OK IDLE WR 0\r\n"]
+
+
+def test_damaged_replies_are_asked_for_again() -> None:
+    async def use(on: Bench) -> int:
+        await on.table.home()
+        on.wire.faults.corrupt_per_byte = 0.005
+        for target_deg in range(0, 180, 15):
+            state = await on.table.move_to(math.radians(target_deg))
+            assert state.angle_rad == pytest.approx(math.radians(target_deg), abs=MILLIDEGREE)
+        return on.table.counters.crc_errors + on.table.counters.lost
+
+    assert on_bench(use) > 10
+
+
+def test_a_table_that_falls_silent_fails_within_a_second() -> None:
+    async def use(on: Bench) -> float:
+        on.wire.faults.silent = True
+        start_s = asyncio.get_running_loop().time()
+        with pytest.raises(LinkTimeoutError, match=r"sim:turntable did not answer 'get pos'"):
+            await on.table.state()
+        return asyncio.get_running_loop().time() - start_s
+
+    assert on_bench(use) < 1.0
+
+
+def test_a_cut_link_says_that_the_table_may_still_turn() -> None:
+    async def use(on: Bench) -> None:
+        await on.table.home()
+        asyncio.get_running_loop().call_later(0.4, on.wire.link.unplug)
+        with pytest.raises(TransportError, match="may still be turning"):
+            await on.table.move_to(3.0)
+
+    on_bench(use)
+
+
+def test_stopping_a_table_that_does_not_slow_down_says_to_cut_its_power() -> None:
+    async def use(on: Bench) -> None:
+        on.device.receive_data(b"/1 1 set accel 1\n/1 1 move vel 800000\n")
+        await asyncio.sleep(30.0)
+        with pytest.raises(LinkTimeoutError, match="Cut its power"):
+            await on.table.stop()
+
+    on_bench(use)
+
+
+class Script:
+    """Plays a device whose every line is written down; ``{}`` stands for the message id."""
+
+    def __init__(self, *dialogue: tuple[str, str]) -> None:
+        self.link = MemoryLink("script", self._answer)
+        self.left = deque(dialogue)
+
+    def _answer(self, data: bytes) -> None:
+        expected, answer = self.left.popleft()
+        sent = data.decode().rstrip("\n").rpartition(":")[0]
+        address, message_id, text = sent[:4], sent[5:7], sent[8:]
+        assert f"{address} {text}".rstrip() == expected
+        self.link.deliver(answer.replace("{}", message_id).encode("latin-1"))
+
+
+def reply(data: str, status: str = "IDLE --", axis: int = 1) -> str:
+    return f"@01 {axis} {{}} OK {status} {data}\r\n"
+
+
+OPENING = [
+    ("/0 0", reply("0", axis=0)),
+    ("/1 1 stop", reply("0")),
+    ("/1 1", reply("0")),
+    ("/1 0 get comm.checksum", "@01 0 {} RJ IDLE -- BADCOMMAND\r\n"),
+    ("/1 0 get deviceid", reply("50105", axis=0)),
+    ("/1 0 get system.serial", reply("123", axis=0)),
+    ("/1 0 get version", reply("6.28", axis=0)),
+    ("/1 1 get limit.cycle.dist", reply("360000")),
+    ("/1 1 get maxspeed", reply("16384")),
+    ("/1 1 get accel", reply("0")),
+    ("/1 1 warnings clear", reply("00")),
+    ("/1 1 get pos", reply("0")),
+]
+
+
+def converse(
+    *dialogue: tuple[str, str], use: Callable[[Zaber], Awaitable[object]] | None = None
+) -> Zaber:
+    """Open a driver on a script and use it; the whole script has to be spoken."""
+    script = Script(*dialogue)
+    table = Zaber(script.link)
+
+    async def run() -> None:
+        await table.open()
+        if use is not None:
+            await use(table)
+
+    try:
+        run_virtual(run())
+    finally:
+        assert not script.left
+    return table
+
+
+def test_the_opening_dialogue_is_as_written_and_scales_are_the_devices_own() -> None:
+    table = converse(*OPENING)
+    assert math.degrees(table.limits.speed_rad_s) == pytest.approx(10.0)
+    assert table.limits.acceleration_rad_s2 == math.inf
+
+
+def test_the_first_bytes_are_a_broadcast_and_then_the_stop() -> None:
+    sent: list[bytes] = []
+
+    def answer(data: bytes) -> None:
+        sent.append(data)
+        link.deliver(b"@01 0 01 OK BUSY -- 0\r\n" if len(sent) == 1 else b"")
+
+    link = MemoryLink("script", answer)
+    with pytest.raises(LinkTimeoutError):
+        run_virtual(Zaber(link).open())
+    assert sent[:2] == [b"/0 0 01:FF\n", b"/1 1 02 stop:16\n"]
+
+
+def test_a_move_sends_microsteps_and_polls_past_foreign_and_unasked_messages() -> None:
+    noise = "@01 1 99 OK IDLE -- 7\r\n@02 1 {} OK IDLE -- 7\r\n#01 1 hello\r\n!01 1 IDLE --\r\n"
+    converse(
+        *OPENING,
+        ("/1 1 get pos", reply("0")),
+        ("/1 1 move abs 90000", "@01 1 {} RJ BUSY -- STATUSBUSY\r\n"),
+        ("/1 1 move abs 90000", reply("0", "BUSY --")),
+        ("/1 1 get pos", noise + reply("45000", "BUSY --")),
+        ("/1 1 get pos", "@01 1 {} OK IDLE -- 9\xb0000\r\n"),
+        ("/1 1 get pos", reply("9o000")),
+        ("/1 1 get pos", reply("90000", "IDLE NI")),
+        ("/1 1 warnings", reply("01 NI", "IDLE NI")),
+        use=lambda table: table.move_to(math.pi / 2),
+    )
+
+
+def test_a_graver_flag_does_not_hide_a_lost_reference() -> None:
+    async def use(table: Zaber) -> None:
+        assert not (await table.state()).homed
+
+    converse(
+        *OPENING,
+        ("/1 1 get pos", reply("0", "IDLE WT")),
+        ("/1 1 warnings", reply("02 WT WR", "IDLE WT")),
+        use=use,
+    )
+
+
+def test_homing_that_ends_without_a_reference_is_a_fault() -> None:
+    with pytest.raises(DeviceFaultError, match="Check its home sensor") as raised:
+        converse(
+            *OPENING,
+            ("/1 1 home", reply("0", "BUSY WR")),
+            ("/1 1 get pos", reply("-5", "IDLE WR")),
+            use=lambda table: table.home(),
+        )
+    assert raised.value.code == "WR"
+
+
+@pytest.mark.parametrize(
+    ("place", "answer", "code", "words"),
+    [
+        (1, "RJ IDLE -- PARKED", "PARKED", "the axis is parked"),
+        (1, "RJ IDLE -- NOVELTY", "NOVELTY", "the manual does not list"),
+        (3, "RJ IDLE -- DEVICEONLY", "DEVICEONLY", "rejected 'get comm.checksum'"),
+        (7, "RJ IDLE -- INACTIVE", "INACTIVE", "no active peripheral"),
+    ],
+)
+def test_a_rejection_is_told_in_words(place: int, answer: str, code: str, words: str) -> None:
+    request = OPENING[place][0]
+    axis = request[3]
+    with pytest.raises(DeviceFaultError, match=words) as raised:
+        converse(*OPENING[:place], (request, f"@01 {axis} {{}} {answer}\r\n"))
+    assert raised.value.code == code
+
+
+def test_a_device_busy_for_good_is_told_after_two_seconds() -> None:
+    busy = ("/1 1 stop", "@01 1 {} RJ BUSY -- AGAIN\r\n")
+    with pytest.raises(DeviceFaultError, match="right now") as raised:
+        converse(OPENING[0], *[busy] * 41)
+    assert raised.value.code == "AGAIN"
+
+
+def test_a_fault_that_outlives_its_acknowledgement_refuses_the_device() -> None:
+    with pytest.raises(DeviceFaultError, match="FX, a fault that the manual does not") as raised:
+        converse(
+            *OPENING[:-1],
+            ("/1 1 get pos", reply("0", "IDLE FX")),
+            ("/1 1 warnings", reply("01 FX", "IDLE FX")),
+            ("/1 1 warnings clear", reply("01 FX", "IDLE FX")),
+        )
+    assert raised.value.code == "FX"
+
+
+@pytest.mark.parametrize("answer", ["@01 1 {} RJ IDLE -- BADCOMMAND\r\n", reply("0")])
+def test_a_linear_stage_is_refused(answer: str) -> None:
+    with pytest.raises(ProtocolError, match="device 50105 on script is no rotary stage"):
+        converse(*OPENING[:7], ("/1 1 get limit.cycle.dist", answer))
+
+
+def test_an_answer_that_is_no_number_is_a_protocol_error_after_three() -> None:
+    with pytest.raises(ProtocolError, match="'get maxspeed' with 'fast', not a number"):
+        converse(*OPENING[:8], *[("/1 1 get maxspeed", reply("fast"))] * 3)
+
+
+def test_another_instrument_on_the_port_is_refused_at_once_and_sent_no_stop() -> None:
+    other = [("/0 0", "\xfe\x81\xff\x55 and so on")] * 3
+    with pytest.raises(ProtocolError, match="script is no Zaber table: 42 bytes"):
+        converse(*other)
+
+
+def test_a_silent_port_is_a_timeout_that_says_what_to_check() -> None:
+    with pytest.raises(LinkTimeoutError, match=r"a status request.*check its power"):
+        converse(*[("/0 0", "")] * 3)
+
+
+def test_before_opening_nothing_is_known() -> None:
+    table = Zaber(MemoryLink("script", print))
+    with pytest.raises(RuntimeError, match="not open"):
+        _ = table.identity
+    with pytest.raises(RuntimeError, match="not open"):
+        _ = table.limits
+    run_virtual(table.close())
