@@ -21,7 +21,7 @@ class NoiseLevels:
         white_sqrt_s: The mean over T seconds has sigma ``white_sqrt_s / sqrt(T)``.
         bias: Constant offset.
         drift_per_s: Offset that grows with time since power-up.
-        bias_instability: B of the flicker floor, one-sided density ``B^2 / (2 pi f)``.
+        bias_instability: B of IEEE Std 952: the Allan deviation is flat at 0.664 B.
         random_walk_per_sqrt_s: The offset walks by this times sqrt(T).
     """
 
@@ -52,10 +52,9 @@ class SensorNoise:
         if self._start_s is None:
             self._start_s = float(time_s[0]) - period_s
         levels, shape = self.levels, (len(time_s), 3)
-        error = levels.bias + levels.drift_per_s * (time_s - self._start_s)[:, np.newaxis]
-        error = error + levels.white_sqrt_s / np.sqrt(period_s) * self._random.standard_normal(
-            shape
-        )
+        error: FloatArray = self._random.standard_normal(shape)
+        error *= levels.white_sqrt_s / np.sqrt(period_s)
+        error += levels.bias + levels.drift_per_s * (time_s - self._start_s)[:, np.newaxis]
         if levels.random_walk_per_sqrt_s:
             steps = self._random.standard_normal(shape) * np.sqrt(period_s)
             walk = self._walk + levels.random_walk_per_sqrt_s * np.cumsum(steps, axis=0)
@@ -70,7 +69,7 @@ class SensorNoise:
         decay = np.exp(-count * period_s / _TIME_CONSTANTS_S)[:, np.newaxis]
         fresh = self._random.standard_normal(self._markov.shape)
         before, self._markov = self._markov, decay * self._markov + np.sqrt(1 - decay**2) * fresh
-        scale = np.sqrt(np.log(_SPACING) / (2 * np.pi))
+        scale = np.sqrt(np.log(_SPACING) / np.pi)
         fraction = (np.arange(1, count + 1) / count)[:, np.newaxis]
         start, end = scale * before.sum(axis=0), scale * self._markov.sum(axis=0)
         flicker: FloatArray = start + fraction * (end - start)

@@ -23,6 +23,7 @@ else:
     import termios  # noqa: TID251 - its error is no OSError, and pyserial lets it through
 
     _PORT_ERRORS = (OSError, termios.error)
+_SETTING_ERRORS: tuple[type[Exception], ...] = (*_PORT_ERRORS, ValueError)
 
 _BURST_S = 0.01
 _BURST_BYTES = 1 << 16  # a read without waiting returns what is there, at the most this
@@ -106,7 +107,7 @@ class SerialLink:
         if self._port is not None:
             try:
                 self._port.baudrate = baudrate
-            except (*_PORT_ERRORS, ValueError) as error:
+            except _SETTING_ERRORS as error:
                 raise self._failure(error) from error
 
     def _opened(self) -> serial.SerialBase:
@@ -124,7 +125,7 @@ class SerialLink:
                 write_timeout=_WRITE_TIMEOUT_S,
                 exclusive=True,
             )
-        except (*_PORT_ERRORS, ValueError) as error:
+        except _SETTING_ERRORS as error:
             raise self._failure(error) from error
         return port
 
@@ -165,13 +166,15 @@ def _reason(error: Exception) -> str:
         return _REMEDIES[number]
     if isinstance(error, ValueError):
         return f"{error}; check the link in the configuration"
-    return f"the port failed ({error}); check its cable and power"
+    return f"the port failed ({error}); check cable, power and address"
 
 
 def _error_number(error: Exception) -> int | None:
-    """Find the system's error number: in pyserial's error, in what that was raised for, or named."""
+    """Find the system's error number: pyserial's own, of what it was raised for, or named."""
     for candidate in (error, error.__context__):
-        if isinstance(candidate, _PORT_ERRORS) and isinstance(candidate.args[0], int):
-            return candidate.args[0]
+        if isinstance(candidate, _PORT_ERRORS):
+            number = next(iter(candidate.args), None)
+            if isinstance(number, int):
+                return number
     named = (number for name, number in _WINDOWS_ERRORS.items() if name in str(error))
     return next(named, None)

@@ -18,7 +18,7 @@ def flicker_covariance(
     ``B sqrt(ln 2 / pi)`` = 0.470 B; IEEE Std 952, annex C reads the same density as two-sided
     and has 0.664 B. With F'' = ln, F(x) = x^2/2 ln|x| - 3 x^2/4, and windows [s, e]:
 
-        K_ij = -B^2/(2 pi) [F(e_i - s_j) - F(s_i - s_j) - F(e_i - e_j) + F(s_i - e_j)] / (w_i w_j)
+        K_ij = -B^2/pi [F(e_i - s_j) - F(s_i - s_j) - F(e_i - e_j) + F(s_i - e_j)] / (w_i w_j)
 
     Args:
         start_s: Start of each window, shape ``(n,)``.
@@ -44,7 +44,7 @@ def flicker_covariance(
         + _twice_integrated_log(np.subtract.outer(start, end))
     )
     covariance: FloatArray = (
-        -(bias_instability**2) / (2.0 * np.pi) * coupling / np.multiply.outer(duration, duration)
+        -(bias_instability**2) / np.pi * coupling / np.multiply.outer(duration, duration)
     )
     return covariance
 

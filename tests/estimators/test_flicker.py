@@ -25,17 +25,17 @@ def test_contrasts_of_visits_have_the_variance_of_the_spectrum(
         w * np.sinc(f * d) * np.exp(-2j * np.pi * f * m)
         for w, d, m in zip(weights, duration, middle, strict=True)
     )
-    spectrum = 0.3**2 / (2 * np.pi * f)
+    spectrum = 2 * 0.3**2 / (2 * np.pi * f)  # f > 0 only: twice the two-sided density
     expected = np.trapezoid(spectrum * np.abs(response) ** 2 * f, log_f)
     got = weights @ flicker_covariance(start, duration, 0.3) @ weights
     assert got == pytest.approx(expected, rel=1e-4)
 
 
-def test_its_allan_deviation_is_flat() -> None:
+def test_its_allan_deviation_is_flat_at_two_thirds_of_b() -> None:
     for tau_s in (1.0, 10.0, 1000.0):
         covariance = flicker_covariance([0.0, tau_s], tau_s, 1.0)
         allan_variance = 0.5 * np.array([1.0, -1.0]) @ covariance @ np.array([1.0, -1.0])
-        assert allan_variance == pytest.approx(np.log(2) / np.pi)
+        assert allan_variance == pytest.approx(2 * np.log(2) / np.pi)
 
 
 def test_a_visit_without_length_is_refused() -> None:
