@@ -151,7 +151,7 @@ def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
         for term in terms
     )
     found = [term for term in terms if bool(term.significant)]
-    text = f"Drift across the revolution: {seen} (limit {SIGNIFICANT_SIGMAS:g})"
+    text = f"{_fitted_drift(fit)}Drift across the revolution: {seen} (limit {SIGNIFICANT_SIGMAS:g})"
     if not found:
         return Check("drift", "pass", f"{text}.")
     shift = sum(float(solution.jacobian[:2] @ term.response * term.coefficient) for term in found)
@@ -167,6 +167,13 @@ def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
     return Check(
         "drift", status, f"{text}; {sizes} moves the azimuth by {shift / ARCMIN:.2f}': {advice}"
     )
+
+
+def _fitted_drift(fit: HarmonicFit) -> str:
+    if fit.design.drift_order == 0:
+        return ""
+    slope_deg_h2 = float(fit.segments[0].drift[0]) * HOUR / DEG_PER_HOUR
+    return f"A linear drift of {slope_deg_h2:.3g} deg/h per h is fitted. "
 
 
 def check_tilt(tilt: TiltEstimate) -> Check:

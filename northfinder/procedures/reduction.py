@@ -29,6 +29,7 @@ from northfinder.estimators.checks import (
     check_residuals,
     check_tilt,
 )
+from northfinder.estimators.drift import unmodelled_drift
 from northfinder.estimators.harmonic import HarmonicFit, fit_harmonic
 from northfinder.estimators.solvers import SOLVERS, Method
 from northfinder.estimators.tilt import TiltEstimate, estimate_tilt
@@ -147,24 +148,35 @@ def _scatter_within(samples: Sequence[Samples], *_: object) -> FloatArray:
 def _fit_both(
     visits: Sequence[Visit], plan: Plan, config: RigConfig, sigma: NoiseModel
 ) -> tuple[HarmonicFit, HarmonicFit]:
-    rates, forces = _of_both(visits)
+    _, forces = _of_both(visits)
     order = drift_order(chosen_order(plan), len(visits))
-    segment = [visit.segment for visit in visits]
-    segments = len(set(segment))
-    gyro = fit_harmonic(
-        _angles(visits, config.gyro.mount_angle_deg),
-        [samples.mean for samples in rates],
-        sigma(rates, _gyro_noise(config), 2 + segments * (1 + order)),
-        [float(np.mean(samples.time_s)) for samples in rates],
-        order,
-        segment,
-    )
+    gyro = _fit_gyro(visits, config, sigma, order)
+    if order == 0 and unmodelled_drift(gyro)[0].significant:
+        # There and back the drift does not touch a and b, but left in the residuals it would
+        # pass for noise.
+        gyro = _fit_gyro(visits, config, sigma, 1)
     accelerometer = fit_harmonic(
         _angles(visits, config.accelerometer.mount_angle_deg),
         [samples.mean for samples in forces],
         sigma(forces, config.accelerometer.noise_g_sqrt_hz, 3),
     )
     return gyro, accelerometer
+
+
+def _fit_gyro(
+    visits: Sequence[Visit], config: RigConfig, sigma: NoiseModel, order: int
+) -> HarmonicFit:
+    rates, _ = _of_both(visits)
+    segment = [visit.segment for visit in visits]
+    parameters = 2 + len(set(segment)) * (1 + order)
+    return fit_harmonic(
+        _angles(visits, config.gyro.mount_angle_deg),
+        [samples.mean for samples in rates],
+        sigma(rates, _gyro_noise(config), parameters),
+        [float(np.mean(samples.time_s)) for samples in rates],
+        order,
+        segment,
+    )
 
 
 def _of_both(visits: Sequence[Visit]) -> tuple[list[Samples], list[Samples]]:
