@@ -24,7 +24,7 @@ _BACKLOG_BYTES = 1 << 14  # beyond the kernel's own tens of kilobytes
 
 @contextlib.asynccontextmanager
 async def serve_on_pty(device: SimulatedDevice) -> AsyncIterator[str]:
-    """Run a device at the far end of a pseudo-terminal.
+    """Put a device at the far end of a pseudo-terminal; whoever made it runs it.
 
     Yields:
         The path that a client opens as a serial port: ``/dev/pts/3``.
@@ -34,14 +34,10 @@ async def serve_on_pty(device: SimulatedDevice) -> AsyncIterator[str]:
     """
     with _open_raw() as pair, contextlib.closing(_PtyPort(pair, device)) as port:
         device.connect(port.send)
-        running = asyncio.create_task(device.run(), name=f"device on {pair.path}")
         try:
             yield pair.path
         finally:
             device.connect(_discard)
-            running.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await running
 
 
 class _PtyPair(NamedTuple):

@@ -31,8 +31,12 @@ def with_client(plate: Plate, use: Callable[[Connection, Axis], T]) -> T:
             return use(connection, device.get_axis(1))
 
     async def serve() -> T:
-        async with serve_on_pty(SimulatedZaber(plate)) as path:
-            return await asyncio.to_thread(client, path)
+        stage = SimulatedZaber(plate)
+        running = asyncio.create_task(stage.run())
+        async with serve_on_pty(stage) as path:
+            used = await asyncio.to_thread(client, path)
+        running.cancel()
+        return used
 
     return asyncio.run(serve())
 
