@@ -1,18 +1,17 @@
 """The rig's configuration: ``rig.toml``, then environment, then the command line."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from northfinder.earth import normal_gravity_m_s2
+from northfinder.environment import from_environment
 from northfinder.errors import ConfigError
 from northfinder.units import DEG, STANDARD_GRAVITY_M_S2
 from northfinder.validation import validated
-
-_ENVIRONMENT = "NORTHFINDER_"
 
 Tree = dict[str, Any]
 
@@ -26,7 +25,10 @@ def _observable(latitude_deg: float) -> float:
 
 LatitudeDeg = Annotated[float, Field(ge=-90.0, le=90.0), AfterValidator(_observable)]
 AngleDeg = Annotated[float, Field(ge=-360.0, le=360.0)]
-Sigma = Annotated[float, Field(ge=0.0)]
+SigmaDeg = Annotated[float, Field(ge=0.0, le=180.0)]
+#: The bounds of noise are far beyond any instrument; they keep its squares finite.
+GyroNoise = Annotated[float, Field(ge=1e-9, le=1e3)]
+AccelerometerNoise = Annotated[float, Field(ge=1e-12, le=1.0)]
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
@@ -44,7 +46,7 @@ class SiteConfig(_Section):
 
     name: str = "Bench"
     latitude_deg: LatitudeDeg | None = None
-    latitude_sigma_deg: Sigma = 0.001
+    latitude_sigma_deg: SigmaDeg = 0.001
     height_m: Annotated[float, Field(ge=-500.0, le=9000.0)] = 0.0
     gravity_m_s2: Annotated[float, Field(gt=9.7, lt=9.9)] | None = None
     reference_offset_deg: AngleDeg = 0.0
@@ -70,7 +72,7 @@ class TurntableConfig(_Section):
 
     driver: str = "zaber"
     link: str = "sim:"
-    angle_sigma_deg: Sigma = 0.001
+    angle_sigma_deg: SigmaDeg = 0.001
     positive_direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
 
 
@@ -81,23 +83,27 @@ class GyroConfig(_Section):
     link: str = "sim:"
     axis: Axis = "x"
     mount_angle_deg: AngleDeg = 0.0
-    mount_angle_sigma_deg: Sigma = 0.0
-    scale_factor_sigma_ppm: Sigma = 0.0
-    noise_deg_sqrt_h: Annotated[float, Field(gt=0.0)] | None = None
-    bias_instability_deg_h: Sigma = 0.0
-    drift_curvature_sigma_deg_h3: Sigma | None = None
+    mount_angle_sigma_deg: SigmaDeg = 0.0
+    scale_factor_sigma_ppm: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    noise_deg_sqrt_h: GyroNoise | None = None
+    bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    drift_curvature_sigma_deg_h3: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
 
 
 class AccelerometerConfig(_Section):
-    """The accelerometer: an instrument of its own, or the gyro's (``from = "gyro"``)."""
+    """The accelerometer: an instrument of its own, or the gyro's (``from = "gyro"``).
+
+    What the gyro's section says of driver, link, axis and mounting then holds here too, unless
+    axis and mounting are given.
+    """
 
     driver: str = "stim300"
     link: str = "sim:"
     source: Annotated[Literal["gyro"] | None, Field(alias="from")] = None
     axis: Axis = "y"
     mount_angle_deg: AngleDeg = 0.0
-    mount_angle_sigma_deg: Sigma = 0.0
-    noise_g_sqrt_hz: Annotated[float, Field(gt=0.0)] | None = None
+    mount_angle_sigma_deg: SigmaDeg = 0.0
+    noise_g_sqrt_hz: AccelerometerNoise | None = None
 
 
 class DatabaseConfig(_Section):
@@ -112,11 +118,11 @@ class SimulationConfig(_Section):
     azimuth_deg: AngleDeg = 48.0
     pitch_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = 0.8
     roll_deg: Annotated[float, Field(ge=-60.0, le=60.0)] = -0.5
-    gyro_noise_deg_sqrt_h: Sigma = 0.001
-    gyro_bias_deg_h: float = 0.3
-    gyro_drift_deg_h_h: float = 0.0
-    gyro_bias_instability_deg_h: Sigma = 0.0
-    accel_noise_g_sqrt_hz: Sigma = 1e-5
+    gyro_noise_deg_sqrt_h: Annotated[float, Field(ge=0.0, le=1e3)] = 0.001
+    gyro_bias_deg_h: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.3
+    gyro_drift_deg_h_h: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
+    gyro_bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    accel_noise_g_sqrt_hz: Annotated[float, Field(ge=0.0, le=1.0)] = 1e-5
     seed: Annotated[int, Field(ge=0)] = 1
     speed: Annotated[float, Field(gt=0.0, allow_inf_nan=True)] | None = None
 
@@ -131,6 +137,37 @@ class RigConfig(_Section):
     database: DatabaseConfig = DatabaseConfig()
     simulation: SimulationConfig = SimulationConfig()
 
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_in_from_the_gyro(cls, tree: Any) -> Any:  # noqa: ANN401 - not checked yet
+        if not isinstance(tree, dict):
+            return tree
+        gyro, accelerometer = tree.get("gyro", {}), tree.get("accelerometer")
+        shared = isinstance(accelerometer, dict) and accelerometer.get("from") == "gyro"
+        if not shared or not isinstance(gyro, dict):
+            return tree
+        defaults = GyroConfig().model_dump(include=set(_SHARED))
+        return {**tree, "accelerometer": {**defaults, **_only_shared(gyro), **accelerometer}}
+
+    @model_validator(mode="after")
+    def _one_instrument_in_two_roles(self) -> Self:
+        gyro, accelerometer = self.gyro, self.accelerometer
+        ours, theirs = (accelerometer.driver, accelerometer.link), (gyro.driver, gyro.link)
+        if accelerometer.source == "gyro" and ours != theirs:
+            msg = (
+                '[accelerometer] from = "gyro" takes the gyro\'s driver and link: leave out '
+                "driver and link there, or from"
+            )
+            raise ValueError(msg)
+        return self
+
+
+_SHARED = ("driver", "link", "axis", "mount_angle_deg")
+
+
+def _only_shared(section: Tree) -> Tree:
+    return {key: value for key, value in section.items() if key in _SHARED}
+
 
 def load_config(path: Path | None, environ: Mapping[str, str], options: Tree) -> RigConfig:
     """Read the configuration; what stands later wins: file, environment, command-line options.
@@ -143,29 +180,59 @@ def load_config(path: Path | None, environ: Mapping[str, str], options: Tree) ->
     Raises:
         ConfigError: The file is absent or no TOML, a key is unknown, a value out of range.
     """
-    tree = _read(path) if path is not None else {}
-    for layer in (_from_environment(environ), options):
+    layers = {
+        "options": options,
+        "environment": from_environment(environ, _known_keys()),
+        str(path): _read(path) if path is not None else {},
+    }
+    tree: Tree = {}
+    for layer in reversed(layers.values()):
         tree = _merged(tree, layer)
-    return validated(RigConfig, tree, str(path) if path is not None else "configuration")
+
+    def source_of(place: tuple[str, ...]) -> str:
+        return next((name for name, layer in layers.items() if _holds(layer, place)), "rig")
+
+    return validated(RigConfig, tree, source_of)
+
+
+def _known_keys() -> Iterator[tuple[str, str]]:
+    for name, section in RigConfig():
+        for key, field in type(section).model_fields.items():
+            yield name, field.alias or key
 
 
 def _read(path: Path) -> Tree:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        tree = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         msg = f"the configuration {path} cannot be read: {error.strerror}"
+        raise ConfigError(msg) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         msg = f"the configuration {path} is no TOML: {error}"
-    raise ConfigError(msg)
-
-
-def _from_environment(environ: Mapping[str, str]) -> Tree:
-    tree: Tree = {}
-    for name, value in environ.items():
-        if name.startswith(_ENVIRONMENT):
-            section, _, key = name.removeprefix(_ENVIRONMENT).lower().partition("__")
-            tree.setdefault(section, {})[key] = value
+        raise ConfigError(msg) from error
+    database = tree.get("database")
+    if isinstance(database, dict) and isinstance(database.get("url"), str):
+        database["url"] = _beside(path, database["url"])
     return tree
+
+
+def _beside(path: Path, url: str) -> str:
+    """Take an SQLite file's relative path from the folder of the rig.toml."""
+    scheme, separator, file = url.partition(":///")
+    is_path = scheme.startswith("sqlite") and file and not file.startswith((":", "file:"))
+    if not is_path or Path(file).is_absolute():
+        return url
+    return f"{scheme}{separator}{(path.absolute().parent / file).as_posix()}"
+
+
+def _holds(layer: Tree, place: tuple[str, ...]) -> bool:
+    """Say whether a layer gives the value at a place; of the whole, whether it gives anything."""
+    below: Any = layer
+    for key in place:
+        if not isinstance(below, dict) or key not in below:
+            return False
+        below = below[key]
+    return bool(place or layer)
 
 
 def _merged(below: Tree, above: Tree) -> Tree:

@@ -43,7 +43,9 @@ def test_a_wheel_finds_north_in_a_fresh_environment(tmp_path: Path) -> None:
     venv.create(tmp_path / "fresh", with_pip=True)
     bin_folder = tmp_path / "fresh" / ("Scripts" if sys.platform == "win32" else "bin")
     run(bin_folder / "python", "-m", "pip", "install", "--quiet", wheel, folder=tmp_path)
-    where = f"import {', '.join(PACKAGES)}; print({', '.join(f'{p}.__path__[0]' for p in PACKAGES)})"
+    where = (
+        f"import {', '.join(PACKAGES)}; print({', '.join(f'{p}.__path__[0]' for p in PACKAGES)})"
+    )
     printed = run(bin_folder / "python", "-c", where, folder=tmp_path)
     assert all(str(tmp_path) in location for location in printed.split())
     database = f"sqlite:///{(tmp_path / 'records.db').as_posix()}"

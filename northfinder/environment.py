@@ -1,0 +1,41 @@
+"""Configuration from environment variables: ``NORTHFINDER_SITE__LATITUDE_DEG=40``."""
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any
+
+from northfinder.errors import ConfigError
+
+_PREFIX = "NORTHFINDER_"
+
+#: Read by the service and by the hardware tests; no keys of the configuration.
+_NOT_CONFIGURATION = {"NORTHFINDER_TOKEN", "NORTHFINDER_TEST_RIG"}
+
+
+def from_environment(
+    environ: Mapping[str, str], keys: Iterable[tuple[str, str]]
+) -> dict[str, dict[str, Any]]:
+    """Return the sections with the keys that the environment sets, still as text.
+
+    Args:
+        environ: The process environment.
+        keys: Section and key of everything that can be configured.
+
+    Raises:
+        ConfigError: A variable of ours that nothing reads; the message names the nearest.
+    """
+    known = {f"{_PREFIX}{section}__{key}".upper(): (section, key) for section, key in keys}
+    tree: dict[str, dict[str, Any]] = {}
+    for name, value in environ.items():
+        if name.startswith(_PREFIX) and name not in _NOT_CONFIGURATION:
+            if name not in known:
+                raise ConfigError(_unknown(name, known))
+            section, key = known[name]
+            tree.setdefault(section, {})[key] = value
+    return tree
+
+
+def _unknown(name: str, known: Iterable[str]) -> str:
+    near = get_close_matches(name, known, n=1)
+    advice = f"did you mean {near[0]}?" if near else f"write {_PREFIX}SECTION__KEY"
+    return f"the environment variable {name} is unknown; {advice}"
