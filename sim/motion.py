@@ -1,17 +1,17 @@
-"""The turning plate: trapezoidal moves, the ringing after them, and what can stop them short."""
+"""The turning plate: where it is, how it rings after a move, and what can stop it short."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.random import Generator
 
 from drivers.interfaces import FloatArray
+from sim.trajectory import CONTACT_RAD, Segment, crossings, deceleration, trapezoid
 
 _HISTORY_S = 10.0  # sensors ask about the last burst only, milliseconds ago
 _TURN_RAD = 2 * math.pi
-_CONTACT_RAD = 1e-9  # touching; a stalled plate rests twice as far off, on the side it came from
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,17 +54,6 @@ class Ringing:
 
 
 _GEARED = Ringing()
-
-
-@dataclass(frozen=True, slots=True)
-class Segment:
-    """From ``start_s`` on: constant acceleration, or rest with a deflection being released."""
-
-    start_s: float
-    angle_rad: float
-    rate_rad_s: float = 0.0
-    acceleration_rad_s2: float = 0.0
-    released_rad: float = 0.0
 
 
 class Plate:
@@ -151,7 +140,7 @@ class Plate:
         here = self._state(now_s)
         target_rad = _short_of(angle_rad + self._error_rad, here.angle_rad, self._short_rad)
         deflection_rad = self._ringing.deflection_rad(acceleration_rad_s2)
-        self._follow(_trapezoid(here, target_rad, speed_rad_s, acceleration_rad_s2, deflection_rad))
+        self._follow(trapezoid(here, target_rad, speed_rad_s, acceleration_rad_s2, deflection_rad))
 
     def stop(self, acceleration_rad_s2: float, now_s: float) -> None:
         """Begin to decelerate; a plate whose motion has ended stays as it is."""
@@ -159,7 +148,7 @@ class Plate:
             return
         deflection_rad = self._ringing.deflection_rad(acceleration_rad_s2)
         self._target_rad = math.nan  # wherever it comes to rest, the next move is a new one
-        self._follow(_deceleration(self._state(now_s), acceleration_rad_s2, deflection_rad))
+        self._follow(deceleration(self._state(now_s), acceleration_rad_s2, deflection_rad))
 
     def block_at(self, angle_rad: float | None) -> None:
         """Put an obstacle where the index mark would pass this angle, modulo a turn; None clears.
@@ -202,13 +191,13 @@ class Plate:
             return None
         ahead_rad = (self._block_rad - plan[0].angle_rad) % _TURN_RAD or _TURN_RAD
         above_rad = plan[0].angle_rad + ahead_rad
-        sides = ((above_rad, -_CONTACT_RAD), (above_rad - _TURN_RAD, _CONTACT_RAD))
+        sides = ((above_rad, -CONTACT_RAD), (above_rad - _TURN_RAD, CONTACT_RAD))
         for segment, following in pairwise(plan):
             duration_s = following.start_s - segment.start_s
             contacts = [
                 (elapsed_s, obstacle_rad + 2 * gap_rad)
                 for obstacle_rad, gap_rad in sides
-                for elapsed_s in _crossings(segment, obstacle_rad + gap_rad, duration_s)
+                for elapsed_s in crossings(segment, obstacle_rad + gap_rad, duration_s)
             ]
             if contacts:
                 elapsed_s, rest_rad = min(contacts)
@@ -234,73 +223,3 @@ class Plate:
 def _short_of(target_rad: float, here_rad: float, short_rad: float) -> float:
     distance_rad = target_rad - here_rad
     return target_rad - math.copysign(min(short_rad, abs(distance_rad)), distance_rad)
-
-
-def _trapezoid(
-    here: Segment,
-    target_rad: float,
-    speed_rad_s: float,
-    acceleration_rad_s2: float,
-    deflection_rad: float,
-) -> list[Segment]:
-    """Plan the quickest way to rest at a target, from any angle and speed.
-
-    Speed up (or down, or first back) to the peak, cruise, decelerate; then the plate's lead over
-    the motor is released, so the deceleration ends that much beyond the target (but never more
-    than the braking distance of a small triangle: half its length). With v the present speed
-    towards it, the peak speed p of a triangle over the distance D is ``p^2 = a D + v^2/2``.
-    """
-    braking_rad = here.rate_rad_s * abs(here.rate_rad_s) / (2 * acceleration_rad_s2)
-    ahead_rad = target_rad - here.angle_rad - braking_rad
-    if abs(ahead_rad) < _CONTACT_RAD:
-        return _deceleration(here, acceleration_rad_s2, deflection_rad)
-    sign = math.copysign(1.0, ahead_rad)
-    deflection_rad = min(deflection_rad, abs(ahead_rad) / 2)
-    distance_rad = sign * (target_rad - here.angle_rad) + deflection_rad
-    v, a = sign * here.rate_rad_s, acceleration_rad_s2
-    peak = min(speed_rad_s, math.sqrt(a * distance_rad + v * v / 2))
-    ramp_s = abs(peak - v) / a
-    cruise_rad = distance_rad - (v + peak) / 2 * ramp_s - peak * peak / (2 * a)
-    cruise_s = max(0.0, cruise_rad / peak)
-
-    accelerating = replace(here, acceleration_rad_s2=sign * math.copysign(a, peak - v))
-    cruising = _next(accelerating, ramp_s, 0.0)
-    braking = _next(cruising, cruise_s, -sign * a)
-    return [accelerating, cruising, *_rest(braking, -sign * deflection_rad, peak / a)]
-
-
-def _deceleration(
-    here: Segment, acceleration_rad_s2: float, deflection_rad: float
-) -> list[Segment]:
-    if here.rate_rad_s == 0:
-        return [replace(here, acceleration_rad_s2=0.0)]
-    sign = math.copysign(1.0, here.rate_rad_s)
-    braking = replace(here, acceleration_rad_s2=-sign * acceleration_rad_s2)
-    duration_s = abs(here.rate_rad_s) / acceleration_rad_s2
-    released_rad = min(deflection_rad, abs(here.rate_rad_s) * duration_s / 2)
-    return _rest(braking, -sign * released_rad, duration_s)
-
-
-def _next(segment: Segment, duration_s: float, acceleration_rad_s2: float) -> Segment:
-    rate_rad_s = segment.rate_rad_s + segment.acceleration_rad_s2 * duration_s
-    angle_rad = segment.angle_rad + (segment.rate_rad_s + rate_rad_s) / 2 * duration_s
-    return Segment(segment.start_s + duration_s, angle_rad, rate_rad_s, acceleration_rad_s2)
-
-
-def _rest(braking: Segment, released_rad: float, duration_s: float) -> list[Segment]:
-    end = _next(braking, duration_s, 0.0)
-    return [braking, replace(end, rate_rad_s=0.0, released_rad=released_rad)]
-
-
-def _crossings(segment: Segment, limit_rad: float, duration_s: float) -> list[float]:
-    """Return when a segment passes an angle, seconds after its start, while it lasts."""
-    half, rate = segment.acceleration_rad_s2 / 2, segment.rate_rad_s
-    offset = segment.angle_rad - limit_rad
-    discriminant = rate * rate - 4 * half * offset
-    if discriminant < 0 or (half == 0 and rate == 0):
-        return []
-    # The numerically stable pair of roots; the linear case is the second with half = 0.
-    q = -(rate + math.copysign(math.sqrt(discriminant), rate)) / 2
-    roots = [q / half] if half else []
-    roots += [offset / q] if q else []
-    return [root for root in roots if 0 <= root <= duration_s]
