@@ -20,6 +20,7 @@ Event = DataBlock | Special | UtilityReply
 
 _SIZES = SPECIAL_SIZES | {identifier: layout.size for identifier, layout in LAYOUTS.items()}
 _REPLY = ord("#")
+_CAPACITY_BYTES = 1 << 22  # half a minute at the highest rate
 
 #: Normal-mode commands (section 8): not echoed, answered by a datagram in place of the next one.
 ASK_PART_NUMBER = b"N\r"
@@ -35,8 +36,8 @@ class Stim300Decoder:
     """Turn bytes into events: blocks of normal-mode datagrams, single ones, utility replies.
 
     Feed with :meth:`receive_data`, drain with :meth:`next_event`; drained, it holds less than
-    one datagram or utility line. The datagrams are the same for every way of cutting the
-    stream, only the blocks that bundle them follow the cuts.
+    one datagram or utility line, and what nobody drains is bounded. The datagrams are the same
+    for every way of cutting the stream, only the blocks that bundle them follow the cuts.
 
     Attributes:
         crc_errors: How often the stream was in step and the next bytes were no good datagram.
@@ -54,6 +55,11 @@ class Stim300Decoder:
     def receive_data(self, data: bytes) -> None:
         """Append raw bytes; nothing is decoded yet."""
         self._buffer += data
+        overrun = max(0, len(self._buffer) - _CAPACITY_BYTES)
+        if overrun:
+            del self._buffer[:overrun]
+            self.discarded_bytes += overrun
+            self._in_step = False
 
     def next_event(self) -> Event | None:
         """Return the next event, or ``None`` when more bytes are needed."""

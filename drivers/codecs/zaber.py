@@ -176,6 +176,7 @@ def _status(busy: bool) -> str:
 
 
 _LINE_BYTES = 256  # three times a packet of 80; what is longer is no message
+_CAPACITY_BYTES = 1 << 16  # six seconds of the line
 _START = re.compile(rb"[/@#!]")
 _MESSAGE = re.compile(rb"(.)([ -9;-~]*)(?::([0-9A-Fa-f]{2}))?")
 _COMMAND = re.compile(r" *(?:(\d+)\b(?: +(\d+)\b(?: +(\d+)\b)?)?)? *(.*?) *")
@@ -206,8 +207,11 @@ class ZaberDecoder:
         self._checksum_expected = False
 
     def receive_data(self, data: bytes) -> None:
-        """Append bytes as they came; drain with :meth:`next_event` before the next chunk."""
+        """Append bytes as they came; of what nobody drains, the oldest are thrown away."""
         self._buffer += data
+        overrun = max(0, len(self._buffer) - _CAPACITY_BYTES)
+        self.garbage_bytes += overrun
+        del self._buffer[:overrun]
 
     def next_event(self) -> Message | None:
         """Return the next message, or ``None`` when more bytes are needed."""

@@ -179,6 +179,17 @@ def test_every_recorded_datagram_is_good_and_encoded_to_the_same_bytes(
     assert b"".join(encode_data(recorded, terminated=True)) == data[: 40 * datagrams]
 
 
+def test_what_nobody_drains_is_bounded() -> None:
+    data = (VECTORS / "imu_uart_data_3.bin").read_bytes()
+    decoder = Stim300Decoder()
+    for _ in range((5 << 20) // len(data)):
+        decoder.receive_data(data)
+    blocks = [block for block in iter(decoder.next_event, None) if isinstance(block, DataBlock)]
+    kept = sum(map(len, blocks)) * 40
+    assert (4 << 20) - 80 < kept <= 4 << 20
+    assert decoder.discarded_bytes + kept == (5 << 20) // len(data) * len(data)
+
+
 def test_the_recorded_start_up_ends_after_562_samples() -> None:
     block = only_block((VECTORS / "imu_uart_data_2.bin").read_bytes())
     valid = axes_valid(block.status[:, 0])

@@ -149,3 +149,11 @@ def test_flags_and_reasons_have_words() -> None:
     listed = "FF FN FZ FH FV FO FC FM FD FQ FI FA FR FS FB FP FE FT WL WV WT WS WM WP WR WH NC"
     assert " ".join(WARNINGS).startswith(listed)  # the manual's order: the gravest first
     assert set(REJECTIONS) == set(Rejection)
+
+
+def test_what_nobody_drains_is_bounded() -> None:
+    decoder, reply = ZaberDecoder(), b"@01 0 OK IDLE -- 0\r\n"
+    for _ in range(10_000):
+        decoder.receive_data(reply)
+    messages = list(iter(decoder.next_event, None))
+    assert len(messages) == (1 << 16) // len(reply)
