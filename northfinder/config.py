@@ -142,9 +142,10 @@ class RigConfig(_Section):
     def _fill_in_from_the_gyro(cls, tree: Any) -> Any:  # noqa: ANN401 - not checked yet
         if not isinstance(tree, dict):
             return tree
-        gyro, accelerometer = tree.get("gyro", {}), tree.get("accelerometer")
-        shared = isinstance(accelerometer, dict) and accelerometer.get("from") == "gyro"
-        if not shared or not isinstance(gyro, dict):
+        gyro, accelerometer = tree.get("gyro", {}), tree.get("accelerometer", {})
+        if not isinstance(gyro, dict) or not isinstance(accelerometer, dict):
+            return tree
+        if accelerometer.get("from") != "gyro":
             return tree
         defaults = GyroConfig().model_dump(include=set(_SHARED))
         return {**tree, "accelerometer": {**defaults, **_only_shared(gyro), **accelerometer}}

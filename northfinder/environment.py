@@ -24,18 +24,19 @@ def from_environment(
     Raises:
         ConfigError: A variable of ours that nothing reads; the message names the nearest.
     """
-    known = {f"{_PREFIX}{section}__{key}".upper(): (section, key) for section, key in keys}
+    known = {f"{section}__{key}".upper(): (section, key) for section, key in keys}
     tree: dict[str, dict[str, Any]] = {}
     for name, value in environ.items():
         if name.startswith(_PREFIX) and name not in _NOT_CONFIGURATION:
-            if name not in known:
-                raise ConfigError(_unknown(name, known))
-            section, key = known[name]
+            suffix = name.removeprefix(_PREFIX)
+            if suffix not in known:
+                raise ConfigError(_unknown(suffix, known))
+            section, key = known[suffix]
             tree.setdefault(section, {})[key] = value
     return tree
 
 
-def _unknown(name: str, known: Iterable[str]) -> str:
-    near = get_close_matches(name, known, n=1)
-    advice = f"did you mean {near[0]}?" if near else f"write {_PREFIX}SECTION__KEY"
-    return f"the environment variable {name} is unknown; {advice}"
+def _unknown(suffix: str, known: Iterable[str]) -> str:
+    near = get_close_matches(suffix, known, n=1)
+    advice = f"did you mean {_PREFIX}{near[0]}?" if near else f"write {_PREFIX}SECTION__KEY"
+    return f"the environment variable {_PREFIX}{suffix} is unknown; {advice}"

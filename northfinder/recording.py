@@ -6,6 +6,7 @@ from typing import Any
 from northfinder import records, software
 from northfinder.config import RigConfig
 from northfinder.errors import NorthfinderError
+from northfinder.formatting import sentence_of
 from northfinder.procedures import north_seek
 from northfinder.procedures.events import Event, VisitCompleted
 from northfinder.procedures.north_seek_json import north_seek_json
@@ -37,7 +38,6 @@ async def record_north_seek(
     plan = north_seek.predict(plan, rig).plan
     new = _new_run(rig, plan)
     run_id = await writer.create_run(new)
-    await writer.set_state(run_id, "running")
 
     async def emit(event: Event) -> None:
         if isinstance(event, VisitCompleted):
@@ -50,14 +50,15 @@ async def record_north_seek(
         await watch(event)
 
     try:
+        await writer.set_state(run_id, "running")
         seek = await north_seek.run(rig, plan, emit)
     except asyncio.CancelledError:
         await writer.set_state(run_id, "aborted")
         raise
     except Exception as error:
-        await writer.fail(run_id, " ".join([str(error), *getattr(error, "__notes__", [])]))
+        await writer.fail(run_id, sentence_of(error))
         raise
-    result = {**_frame(run_id, new), **north_seek_json(seek)}
+    result = {**_frame(run_id, new, "completed"), **north_seek_json(seek)}
     await writer.finish(run_id, result)
     return result
 
@@ -76,11 +77,13 @@ def recompute(store: records.Records, run_id: str) -> JsonObject:
     config = validated(RigConfig, run.rig["config"], f"run {run.id}")
     plan = validated(north_seek.Plan, run.plan, f"run {run.id}")
     visits = [_with_samples(store, run.id, entry) for entry in store.visits(run.id)]
-    return {**_frame(run.id, run), **north_seek_json(reduce_visits(visits, plan, config))}
+    result = north_seek_json(reduce_visits(visits, plan, config))
+    return {**_frame(run.id, run, run.state), **result}
 
 
 def _new_run(rig: Rig, plan: north_seek.Plan) -> records.NewRun:
-    config = rig.config.model_dump(mode="json", by_alias=True)
+    unlimited_speed = {"simulation": {"speed"}}  # of no consequence, and infinity is no JSON
+    config = rig.config.model_dump(mode="json", by_alias=True, exclude=unlimited_speed)
     return records.NewRun(
         kind="north-seek",
         rig_name=rig.config.site.name,
@@ -92,11 +95,11 @@ def _new_run(rig: Rig, plan: north_seek.Plan) -> records.NewRun:
     )
 
 
-def _frame(run_id: str, run: records.NewRun | records.Run) -> JsonObject:
+def _frame(run_id: str, run: records.NewRun | records.Run, state: records.State) -> JsonObject:
     """Return what surrounds the numbers of a result; it comes from the record alone."""
     return {
         "kind": run.kind,
-        "state": "completed",
+        "state": state,
         "run_id": run_id,
         "plan": run.plan,
         "site": run.site,

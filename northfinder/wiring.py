@@ -1,18 +1,19 @@
 """The one place that chooses hardware or simulation: from a configuration to a rig."""
 
+import math
 import sys
 from asyncio import AbstractEventLoop
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
-from difflib import get_close_matches
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any, cast
 
 from drivers.interfaces import InertialSensor, Instrument, Link, Role, Turntable
 from drivers.links.serial import SerialLink
-from northfinder.config import RigConfig
+from northfinder.config import AccelerometerConfig, GyroConfig, RigConfig
 from northfinder.errors import ConfigError
+from northfinder.plugins import load_driver, load_simulated
+from northfinder.ports import SIMULATED, AnySection, check_ports, links, shares_the_gyros_port
 from northfinder.rig import Rig, SensingAxis
 from northfinder.units import DEG, DEG_PER_HOUR, DEG_PER_HOUR_PER_HOUR, DEG_PER_SQRT_HOUR
 from sim.bench import Mounting
@@ -23,13 +24,12 @@ from sim.tcp import serve_on_tcp
 from sim.truth import Truth
 from sim.world import World, WorldSettings
 
-_SIMULATED = "sim:"
 _SIMULATED_LATITUDE_DEG = 40.0
 
 
 def is_simulated(config: RigConfig) -> bool:
     """Return whether every link is simulated, so that time may be virtual."""
-    return all(link == _SIMULATED for link in _links(config))
+    return all(link == SIMULATED for link in links(config))
 
 
 def event_loop(config: RigConfig, simulated_speed: float) -> Callable[[], AbstractEventLoop]:
@@ -49,6 +49,19 @@ def event_loop(config: RigConfig, simulated_speed: float) -> Callable[[], Abstra
         msg = f"a simulation speed of {speed:g} cannot be kept with hardware: leave it out"
         raise ConfigError(msg)
     return loop_factory(1.0)
+
+
+def serving_loop(config: RigConfig) -> Callable[[], AbstractEventLoop]:
+    """Choose the loop of instruments that other programs talk to: wall time, or scaled.
+
+    Raises:
+        ConfigError: An infinite speed: nobody outside could follow.
+    """
+    speed = config.simulation.speed or 1.0
+    if math.isinf(speed):
+        msg = "other programs cannot follow an infinite simulation speed: give a finite one"
+        raise ConfigError(msg)
+    return loop_factory(speed)
 
 
 def with_latitude(config: RigConfig) -> RigConfig:
@@ -91,28 +104,36 @@ def build_world(config: RigConfig) -> World:
             seed=simulation.seed,
         )
     )
-    if config.turntable.link == _SIMULATED:
-        world.add_table("turntable", _load("northfinder.simulated", config.turntable.driver))
-    for role, section in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
-        if section.link == _SIMULATED and getattr(section, "source", None) is None:
-            mounting = Mounting(section.axis, section.mount_angle_deg * DEG)
-            world.add_sensor(role, _load("northfinder.simulated", section.driver), mounting)
+    if config.turntable.link == SIMULATED:
+        world.add_table("turntable", load_simulated("turntable", config.turntable.driver))
+    if config.gyro.link == SIMULATED:
+        _add_sensor(world, "gyro", config.gyro)
+    if config.accelerometer.link == SIMULATED and config.accelerometer.source is None:
+        _add_sensor(world, "accelerometer", config.accelerometer)
     return world
+
+
+def _add_sensor(world: World, role: Role, section: GyroConfig | AccelerometerConfig) -> None:
+    mounting = Mounting(section.axis, section.mount_angle_deg * DEG)
+    world.add_sensor(role, load_simulated(role, section.driver), mounting)
 
 
 def build_rig(config: RigConfig) -> Rig:
     """Make the rig that a configuration describes; nothing is opened yet.
 
     Raises:
-        ConfigError: An unknown driver, a driver in a role that it cannot fill, no latitude.
+        ConfigError: An unknown driver, a driver in a role that it cannot fill, one port for two
+            instruments, an axis that is not in the table's plane, no latitude.
     """
     config = with_latitude(config)
-    world = build_world(config) if _SIMULATED in _links(config) else None
+    check_ports(config)
+    world = build_world(config) if SIMULATED in links(config) else None
     turntable = cast("Turntable", _instrument("turntable", config.turntable, world))
     gyro = cast("InertialSensor", _instrument("gyro", config.gyro, world))
-    if _shares_the_gyros_port(config):
+    if shares_the_gyros_port(config):
+        load_driver("accelerometer", config.gyro.driver)
+        _check_axes_of_one_body(config)
         accelerometer = gyro
-        _check_role(config.gyro.driver, type(gyro), "accelerometer")
     else:
         section = config.accelerometer
         accelerometer = cast("InertialSensor", _instrument("accelerometer", section, world))
@@ -150,46 +171,45 @@ class SimulatedWorld:
         return self.config.simulation.model_dump(mode="json", exclude={"speed"})
 
 
-def _links(config: RigConfig) -> list[str]:
-    links = [config.turntable.link, config.gyro.link]
-    return links if config.accelerometer.source else [*links, config.accelerometer.link]
+def _check_axes_of_one_body(config: RigConfig) -> None:
+    """Refuse directions that the two axes of one instrument cannot have together.
 
+    On hardware either of the remaining axes may point up, and the mounting be known to a degree;
+    the simulated instrument stands one way.
 
-def _shares_the_gyros_port(config: RigConfig) -> bool:
-    """One device in two roles: said outright, or by naming the same port twice."""
+    Raises:
+        ConfigError: They cannot; the message says at which angles the second may stand.
+    """
     gyro, accelerometer = config.gyro, config.accelerometer
-    same_port = gyro.link == accelerometer.link != _SIMULATED
-    return accelerometer.source == "gyro" or same_port
+    (column, sign), (other, other_sign) = _axis(gyro.axis), _axis(accelerometer.axis)
+    if column == other:
+        apart_deg = [0.0 if sign == other_sign else 180.0]
+    elif gyro.link == SIMULATED:
+        right, ahead, up = other_sign * Mounting(gyro.axis).body_axes()[other]
+        apart_deg = [] if up else [math.degrees(math.atan2(-right, ahead))]
+    else:
+        apart_deg = [90.0, -90.0]
+    given_deg = accelerometer.mount_angle_deg - gyro.mount_angle_deg
+    if any(abs(math.remainder(given_deg - apart, 360.0)) <= 1.0 for apart in apart_deg):
+        return
+    angles = [f"{(gyro.mount_angle_deg + apart) % 360:g} deg" for apart in apart_deg]
+    where = f"stands at {' or '.join(angles)}" if angles else "points up"
+    msg = (
+        f"[accelerometer] axis = {accelerometer.axis!r}, mount_angle_deg = "
+        f"{accelerometer.mount_angle_deg:g}: with the gyro's {gyro.axis} at "
+        f"{gyro.mount_angle_deg:g} deg that axis of the same instrument {where}"
+    )
+    raise ConfigError(msg)
 
 
-def _instrument(role: Role, section: Any, world: World | None) -> Instrument:  # noqa: ANN401 - any of three sections
-    driver = _load("northfinder.drivers", section.driver)
-    _check_role(section.driver, driver, role)
+def _instrument(role: Role, section: AnySection, world: World | None) -> Instrument:
+    driver = load_driver(role, section.driver)
     link: Link
-    if section.link == _SIMULATED and world is not None:
+    if section.link == SIMULATED and world is not None:
         link = world.link(role)
     else:
         link = SerialLink(section.link, driver.baudrate)
     return cast("Instrument", driver(link))
-
-
-def _load(group: str, name: str) -> Any:  # noqa: ANN401 - what a plug-in exports
-    """Find a driver or a simulated device by name, also in packages installed beside this one."""
-    found: dict[str, EntryPoint] = {entry.name: entry for entry in entry_points(group=group)}
-    if name in found:
-        return found[name].load()
-    near = get_close_matches(name, found, n=1)
-    known = f"did you mean {near[0]}?" if near else f"known are {', '.join(sorted(found))}"
-    what = "driver" if group.endswith("drivers") else "simulated device"
-    msg = f"there is no {what} named {name!r}: {known}"
-    raise ConfigError(msg)
-
-
-def _check_role(name: str, driver: Any, role: Role) -> None:  # noqa: ANN401 - what a plug-in exports
-    if role not in driver.roles:
-        can = " or ".join(sorted(driver.roles))
-        msg = f"[{role}] driver = {name!r}: this driver serves as {can}, not as {role}"
-        raise ConfigError(msg)
 
 
 def _axis(axis: str) -> tuple[int, float]:
@@ -198,19 +218,20 @@ def _axis(axis: str) -> tuple[int, float]:
 
 def _gyro_noise(config: RigConfig, gyro: InertialSensor) -> float:
     """The figure for predictions: configured, else the simulation's, else the data sheet's."""
+    simulated_deg_sqrt_h = config.simulation.gyro_noise_deg_sqrt_h
     if config.gyro.noise_deg_sqrt_h is not None:
         return config.gyro.noise_deg_sqrt_h * DEG_PER_SQRT_HOUR
-    if config.gyro.link == _SIMULATED:
-        return config.simulation.gyro_noise_deg_sqrt_h * DEG_PER_SQRT_HOUR
+    if config.gyro.link == SIMULATED and simulated_deg_sqrt_h > 0.0:
+        return simulated_deg_sqrt_h * DEG_PER_SQRT_HOUR
     return gyro.noise.angle_random_walk_rad_sqrt_s
 
 
 def _accelerometer_noise(config: RigConfig, accelerometer: InertialSensor) -> float:
     if config.accelerometer.noise_g_sqrt_hz is not None:
         return config.accelerometer.noise_g_sqrt_hz
-    section = config.gyro if _shares_the_gyros_port(config) else config.accelerometer
-    if section.link == _SIMULATED:
-        return config.simulation.accel_noise_g_sqrt_hz
+    simulated_g_sqrt_hz = config.simulation.accel_noise_g_sqrt_hz
+    if config.accelerometer.link == SIMULATED and simulated_g_sqrt_hz > 0.0:
+        return simulated_g_sqrt_hz
     return accelerometer.noise.force_noise_g_sqrt_s
 
 
@@ -228,8 +249,11 @@ async def serve_simulation(
         Role, driver and link of each.
 
     Raises:
-        ConfigError: No pseudo-terminals on this platform.
+        ConfigError: No link is simulated, or this platform has no pseudo-terminals.
     """
+    if SIMULATED not in links(config):
+        msg = 'no link of this configuration is "sim:": there is nothing to serve'
+        raise ConfigError(msg)
     world = build_world(config)
     serve = serve_on_tcp if transport == "tcp" else _pty_server()
     async with AsyncExitStack() as stack:

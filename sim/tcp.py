@@ -1,13 +1,14 @@
 """A simulated device behind a TCP port: the same bytes for any client, on any platform."""
 
 import asyncio
+from asyncio import BaseTransport, Protocol, Transport
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import cast
 
 from sim.interfaces import SimulatedDevice
 
 _BACKLOG_BYTES = 1 << 20  # of a client that stopped reading; the rest is overrun, as on a port
-_READ_BYTES = 1 << 16
 
 
 @asynccontextmanager
@@ -16,9 +17,10 @@ async def serve_on_tcp(device: SimulatedDevice) -> AsyncIterator[str]:
 
     One client at a time has the device, the last that came, as a serial port has one wire.
     """
-    socket = _Socket(device)
-    server = await asyncio.start_server(socket.serve, "127.0.0.1", 0)
+    socket = _Socket()
     device.connect(socket.send)
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(lambda: _Connection(device, socket), "127.0.0.1", 0)
     host, port = server.sockets[0].getsockname()
     try:
         yield f"socket://{host}:{port}"
@@ -29,31 +31,35 @@ async def serve_on_tcp(device: SimulatedDevice) -> AsyncIterator[str]:
 
 
 class _Socket:
-    """The wire: whatever the device sends goes to the client of the moment, or nowhere."""
+    """What the wire is plugged into: the device's bytes go to the client of the moment."""
 
-    def __init__(self, device: SimulatedDevice) -> None:
-        self._device = device
-        self._writer: asyncio.StreamWriter | None = None
+    def __init__(self) -> None:
+        self._client: Transport | None = None
 
-    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def plug_in(self, client: Transport) -> None:
         self.hang_up()
-        self._writer = writer
-        try:
-            while data := await reader.read(_READ_BYTES):
-                self._device.receive_data(data)
-        except OSError:
-            pass  # a client that was killed says no good-bye
-        finally:
-            writer.close()
-            if self._writer is writer:
-                self._writer = None
-
-    def send(self, data: bytes) -> None:
-        writer = self._writer
-        if writer is not None and writer.transport.get_write_buffer_size() < _BACKLOG_BYTES:
-            writer.write(data)
+        self._client = client
 
     def hang_up(self) -> None:
-        if self._writer is not None:
-            self._writer.transport.abort()  # closing would wait for a client that reads nothing
-            self._writer = None
+        if self._client is not None:
+            self._client.abort()  # closing would wait for a client that reads nothing
+            self._client = None
+
+    def send(self, data: bytes) -> None:
+        client = self._client
+        if client is None or client.is_closing():
+            return
+        if client.get_write_buffer_size() < _BACKLOG_BYTES:
+            client.write(data)
+
+
+class _Connection(Protocol):
+    def __init__(self, device: SimulatedDevice, socket: _Socket) -> None:
+        self._device = device
+        self._socket = socket
+
+    def connection_made(self, transport: BaseTransport) -> None:
+        self._socket.plug_in(cast("Transport", transport))
+
+    def data_received(self, data: bytes) -> None:
+        self._device.receive_data(data)

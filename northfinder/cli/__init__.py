@@ -3,6 +3,7 @@
 import sys
 
 import click
+from click.exceptions import NoArgsIsHelpError
 
 from drivers.errors import DriverError
 from northfinder.cli.bench import bench
@@ -10,10 +11,17 @@ from northfinder.cli.runs import runs
 from northfinder.cli.seek import plan_command, seek
 from northfinder.cli.simulate import sim
 from northfinder.errors import ConfigError, NorthfinderError
+from northfinder.formatting import sentence_of
 from northfinder.software import version
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
+@click.group(
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "show_default": True,
+        "max_content_width": 100,
+    }
+)
 @click.version_option(version(), prog_name="northfinder")
 def cli() -> None:
     """Find true north with a gyro and an accelerometer on an indexing turntable."""
@@ -24,24 +32,28 @@ for command in (seek, plan_command, sim, runs, bench):
 
 
 def main() -> None:
-    """Run a command; every expected error is one line on stderr."""
+    """Run a command; every error is one line on stderr, and never a traceback."""
     try:
         cli(standalone_mode=False)
-    except click.exceptions.Exit as leave:
-        sys.exit(leave.exit_code)
-    except click.ClickException as error:
-        error.show()
+    except NoArgsIsHelpError as asked:
+        asked.show()
         sys.exit(2)
+    except click.UsageError as error:
+        command_path = error.ctx.command_path if error.ctx else "northfinder"
+        _leave(2, f"{error.format_message()} See {command_path} --help.")
     except (click.Abort, KeyboardInterrupt):
-        _say("interrupted; the table is stopped")
-        sys.exit(130)
+        _leave(130, "interrupted; a table that was turning is stopped")
     except ConfigError as error:
-        _say(str(error))
-        sys.exit(2)
+        _leave(2, sentence_of(error))
     except (NorthfinderError, DriverError) as error:
-        _say(" ".join([str(error), *getattr(error, "__notes__", [])]))
-        sys.exit(1)
+        _leave(1, sentence_of(error))
+    except Exception as error:  # the last resort: technicians are owed a sentence
+        if sys.flags.dev_mode:
+            raise
+        what = f"{type(error).__name__}: {sentence_of(error)}"
+        _leave(1, f"a defect of northfinder, please report it: {what} (python -X dev shows where)")
 
 
-def _say(sentence: str) -> None:
+def _leave(code: int, sentence: str) -> None:
     click.echo(f"northfinder: {sentence}", err=True)
+    sys.exit(code)

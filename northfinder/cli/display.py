@@ -1,16 +1,20 @@
-"""What a person sees on a terminal: progress, north so far, the result."""
+"""What a person sees of a north-seek on a terminal: the result, and what a plan promises."""
 
+import math
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from northfinder.formatting import duration, with_uncertainty
-from northfinder.procedures import events
-from northfinder.units import DEG
+from northfinder.formatting import (
+    azimuth,
+    azimuth_with_uncertainty,
+    decimals_of,
+    duration,
+    with_uncertainty,
+)
 
 _STATUS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 _SOLUTIONS = {
@@ -21,111 +25,122 @@ _SOLUTIONS = {
     "vector_uncorrected": "vector uncorrected (eq 11)",
     "uncompensated": "without tilt compensation",
 }
+_UNDETERMINED = "not determined"
 
 
-class LiveProgress:
-    """A bar on stderr with "north so far"; nothing where stderr is no terminal."""
+def table_console() -> Console:
+    """Return stdout, for text that is no markup."""
+    return Console(markup=False, highlight=False)
 
-    def __init__(self) -> None:
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TextColumn("{task.fields[left]}"),
-            TextColumn("[bold]{task.fields[north]}"),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task = self._progress.add_task("starting", total=1.0, left="", north="")
 
-    def __enter__(self) -> Self:
-        if self._progress.console.is_terminal:
-            self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()
-
-    async def show(self, event: events.Event) -> None:
-        """Take one event of the run."""
-        match event:
-            case events.Progress(fraction=fraction, left_s=left_s, doing=doing):
-                left = f"{duration(left_s)} left"
-                self._progress.update(self._task, completed=fraction, description=doing, left=left)
-            case events.Estimate(azimuth_rad=azimuth_rad, sigma_rad=sigma_rad):
-                north = with_uncertainty(azimuth_rad / DEG, 2 * sigma_rad / DEG)
-                self._progress.update(
-                    self._task, north=f"north so far: azimuth {north} deg (2 sigma)"
-                )
-            case events.VisitCompleted():
-                pass
+def plain_table(*columns: str) -> Table:
+    """Return an empty table without lines, its columns to the left."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for column in columns:
+        table.add_column(column)
+    return table
 
 
 def print_result(console: Console, result: Mapping[str, Any]) -> None:
-    """Print a completed north-seek, from its JSON form."""
-    azimuth = with_uncertainty(result["azimuth_deg"], 2 * result["azimuth_sigma_deg"])
-    low, high = result["azimuth_interval95_deg"]
-    console.print(Text(f"Azimuth {azimuth} deg", style="bold"), Text("(2 sigma)"))
-    console.print(f"95 % interval {low:.4f} to {high:.4f} deg, of the table's index mark")
+    """Print a north-seek's result, from its JSON form."""
+    uncertainty_deg = 2 * result["azimuth_sigma_deg"]
+    north = azimuth_with_uncertainty(result["azimuth_deg"], uncertainty_deg)
+    decimals = decimals_of(uncertainty_deg)
+    low, high = (azimuth(end, decimals) for end in result["azimuth_interval95_deg"])
+    console.print(Text(f"Azimuth {north} deg (2 sigma), of the table's index mark", style="bold"))
     if result["reference_azimuth_deg"] != result["azimuth_deg"]:
-        console.print(f"Reference line {result['reference_azimuth_deg']:.4f} deg")
-    console.print(_solutions(result), _fit(result), _budget(result), _checks(result), sep="\n")
-    console.print(f"run {result['run_id']}")
+        line = azimuth_with_uncertainty(result["reference_azimuth_deg"], uncertainty_deg)
+        console.print(Text(f"Azimuth {line} deg (2 sigma), of the reference line", style="bold"))
+    console.print(f"95 % interval {low} to {high} deg, clockwise from true north")
+    console.print(_verdict(result["checks"]))
+    for table in (_solutions(result), _fit(result), _budget(result), _checks(result)):
+        console.print()
+        console.print(table)
+    console.print(f"\nrun {result['run_id']}")
 
 
 def print_prediction(console: Console, prediction: Mapping[str, Any]) -> None:
     """Print what a plan would take, from its JSON form."""
-    sigma_deg = prediction["azimuth_sigma_deg"]
+    plan, limits = prediction["plan"], prediction["motion_limits"]
+    uncertainty_deg = 2 * prediction["azimuth_sigma_deg"]
+    expected = f"{uncertainty_deg:.{decimals_of(uncertainty_deg)}f}"
     console.print(Text(f"Takes {duration(prediction['duration_s'])}", style="bold"))
-    console.print(f"Predicted azimuth uncertainty ± {2 * sigma_deg:.2g} deg (2 sigma)")
-    console.print(_budget(prediction))
+    console.print(Text(f"Predicted uncertainty ± {expected} deg (2 sigma)", style="bold"))
+    console.print(
+        f"{plan['positions']} angles, {plan['dwell_s']:.4g} s at each in all, "
+        f"order {plan['order']}; the table turns at up to {limits['speed_deg_s']:.4g} deg/s"
+    )
     for warning in prediction["warnings"]:
         console.print(Text(f"warning: {warning}", style=_STATUS["warn"]))
+    console.print()
+    console.print(_budget(prediction))
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for index, column in enumerate(columns):
-        table.add_column(column, justify="left" if index == 0 else "right")
-    return table
+def _verdict(checks: list[Mapping[str, str]]) -> Text:
+    """Say in one line whether anything is wrong, for the table of checks is long."""
+    for status, words in (("fail", "FAILED"), ("warn", "to be looked at")):
+        names = [check["name"] for check in checks if check["status"] == status]
+        if names:
+            return Text(f"Checks {words}: {', '.join(names)}", style=_STATUS[status])
+    return Text(f"All {len(checks)} checks passed", style=_STATUS["pass"])
 
 
 def _solutions(result: Mapping[str, Any]) -> Table:
-    table = _table("solution", "azimuth deg", "sigma deg")
+    table = plain_table("solution")
+    table.add_column("azimuth deg (2 sigma)", justify="right")
     for name, solution in result["solutions"].items():
-        azimuth, sigma = solution["azimuth_deg"], solution["sigma_deg"]
-        table.add_row(_SOLUTIONS[name], f"{azimuth:.4f}", f"{sigma:.4f}")
+        value_deg, sigma_deg = solution["azimuth_deg"], solution["sigma_deg"]
+        table.add_row(_SOLUTIONS[name], azimuth_with_uncertainty(value_deg, 2 * sigma_deg))
     return table
 
 
 def _fit(result: Mapping[str, Any]) -> Table:
+    """Show value, uncertainty and unit in columns of their own, so that each lines up."""
     gyro, tilt, earth = result["gyro_fit"], result["tilt"], result["earth_rate"]
-    zeta = "-" if tilt["zeta_deg"] is None else f"{tilt['zeta_deg']:.2f}"
-    table = _table("fit and tilt", "")
-    for letter, row in zip("Rab", range(3), strict=True):
-        sigma = gyro["covariance_deg2_h2"][row][row] ** 0.5
-        table.add_row(f"{letter} deg/h", with_uncertainty(gyro[f"{letter}_deg_h"], 2 * sigma))
-    table.add_row("tilt epsilon deg", with_uncertainty(tilt["epsilon_deg"], 2 * tilt["sigma_deg"]))
-    table.add_row("downhill zeta deg", zeta)
-    table.add_row("pitch, roll deg", f"{tilt['pitch_deg']:.4f}, {tilt['roll_deg']:.4f}")
-    table.add_row(
-        "horizontal Earth rate deg/h",
-        f"{earth['horizontal_measured_deg_h']:.3f}, expected "
-        f"{earth['horizontal_expected_deg_h']:.3f}",
-    )
+    sigma_deg_h = [math.sqrt(gyro["covariance_deg2_h2"][row][row]) for row in range(3)]
+    epsilon_deg, tilt_sigma_deg = tilt["epsilon_deg"], tilt["sigma_deg"]
+    table = plain_table("fit and tilt")
+    table.add_column("value", justify="right")
+    table.add_column("2 sigma")
+    table.add_column("")
+    for letter, sigma in zip("Rab", sigma_deg_h, strict=True):
+        _add(table, f"gyro {letter}", gyro[f"{letter}_deg_h"], sigma, "deg/h")
+    expected = f"deg/h, expected {earth['horizontal_expected_deg_h']:.4f}"
+    measured = earth["horizontal_measured_deg_h"]
+    _add(table, "horizontal Earth rate", measured, max(sigma_deg_h[1:]), expected)
+    _add(table, "tilt epsilon", epsilon_deg, tilt_sigma_deg, "deg")
+    if tilt["zeta_deg"] is None or epsilon_deg == 0.0:
+        table.add_row("downhill zeta", _UNDETERMINED)
+    else:
+        zeta_sigma_deg = math.degrees(tilt_sigma_deg / epsilon_deg)
+        _add(table, "downhill zeta", tilt["zeta_deg"], zeta_sigma_deg, "deg")
+    _add(table, "pitch", tilt["pitch_deg"], tilt_sigma_deg, "deg")
+    _add(table, "roll", tilt["roll_deg"], tilt_sigma_deg, "deg")
     return table
+
+
+def _add(table: Table, name: str, value: float, sigma: float, unit: str) -> None:
+    number, sign, uncertainty = with_uncertainty(value, 2 * sigma).split()
+    table.add_row(name, number, f"{sign} {uncertainty}", unit)
 
 
 def _budget(budgeted: Mapping[str, Any]) -> Table:
-    table = _table("uncertainty from", "1 sigma deg", "share")
+    table = plain_table("uncertainty from")
+    table.add_column("1 sigma deg", justify="right")
+    table.add_column("share", justify="right")
     for line in budgeted["budget"]:
-        table.add_row(line["source"], f"{line['u_deg']:.2g}", f"{line['share']:.1%}")
+        u_deg = line["u_deg"]
+        number = f"{u_deg:.{decimals_of(u_deg)}f}" if u_deg > 0.0 else "none"
+        table.add_row(line["source"], number, _percent(line["share"]))
     return table
 
 
+def _percent(share: float) -> str:
+    return "< 0.1 %" if 0.0 < share < 0.001 else f"{share * 100:.1f} %"
+
+
 def _checks(result: Mapping[str, Any]) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in ("check", "", ""):
-        table.add_column(column)
+    table = plain_table("check", "", "")
     for check in result["checks"]:
         status = Text(check["status"], style=_STATUS[check["status"]])
         table.add_row(check["name"], status, check["detail"])

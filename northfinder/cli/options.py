@@ -37,8 +37,22 @@ _RIG_OPTIONS: dict[str, tuple[str, str, str, str]] = {
         "Accelerometer noise.",
     ),
     "seed": ("simulation", "seed", "N", "Equal seeds give equal results."),
-    "sim_speed": ("simulation", "speed", "X", "Multiple of real time; inf is as fast as it goes."),
+    "sim_speed": ("simulation", "speed", "X", "Multiple of real time, or inf."),
 }
+
+
+database_option = click.option(
+    "--database",
+    metavar="URL",
+    help="Where the records are kept; by default a file in your data folder.",
+)
+config_option = click.option(
+    "--config",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="The rig.toml; without one, the simulated rig.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 
 def rig_options(command: Command) -> Command:
@@ -54,16 +68,13 @@ def rig_options(command: Command) -> Command:
         return command(*args, config=load_config(config, os.environ, options), **given)
 
     decorated: Command = with_config
-    for name, (_, _, unit, text) in reversed(_RIG_OPTIONS.items()):
+    for name, (section, key, unit, text) in reversed(_RIG_OPTIONS.items()):
         kind = int if name == "seed" else float
         flag = "--" + name.replace("_", "-")
-        decorated = click.option(flag, name, type=kind, metavar=unit, help=text)(decorated)
-    with_file: Command = click.option(
-        "--config",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="The rig.toml; without one, the simulated rig.",
-    )(decorated)
+        usual = getattr(getattr(RigConfig(), section), key)
+        help_text = text if usual is None else f"{text}  [{usual:g} unless configured]"
+        decorated = click.option(flag, name, type=kind, metavar=unit, help=help_text)(decorated)
+    with_file: Command = config_option(decorated)
     return with_file
 
 
@@ -116,9 +127,16 @@ def plan_options(command: Command) -> Command:
     return decorated
 
 
-database_option = click.option(
-    "--database", metavar="URL", help="Where the records are kept, as a database URL."
-)
+def records_options(command: Command) -> Command:
+    """Add what says where the records are; the command receives ``url``."""
+
+    @functools.wraps(command)
+    def with_url(*args: Any, config: Path | None, database: str | None, **given: Any) -> Any:  # noqa: ANN401 - click's
+        url = database_url(database, load_config(config, os.environ, {}))
+        return command(*args, url=url, **given)
+
+    decorated: Command = database_option(config_option(with_url))
+    return decorated
 
 
 def database_url(given: str | None, config: RigConfig) -> str:

@@ -5,10 +5,16 @@ import json
 from typing import Any
 
 import click
-from rich.console import Console
 
-from northfinder.cli.display import LiveProgress, print_prediction, print_result
-from northfinder.cli.options import database_option, database_url, plan_options, rig_options
+from northfinder.cli.display import print_prediction, print_result, table_console
+from northfinder.cli.options import (
+    database_option,
+    database_url,
+    json_option,
+    plan_options,
+    rig_options,
+)
+from northfinder.cli.progress import LiveProgress
 from northfinder.config import RigConfig
 from northfinder.procedures.north_seek import Plan, predict
 from northfinder.recording import record_north_seek
@@ -18,32 +24,34 @@ from northfinder.wiring import build_rig, event_loop
 AS_FAST_AS_IT_GOES = float("inf")
 
 
-@click.command()
+@click.command(short_help="Find true north once.")
 @rig_options
 @plan_options
 @database_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+@json_option
 def seek(config: RigConfig, plan: Plan, database: str | None, *, as_json: bool) -> None:
-    """Find true north once; without --config on the simulated rig, in virtual time."""
+    """Find true north once; without --config on the simulated rig, in virtual time.
+
+    The run is recorded, whatever ends it: see `northfinder runs`.
+    """
     with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
         result = runner.run(_seek(config, plan, database_url(database, config)))
     if as_json:
         click.echo(json.dumps(result))
     else:
-        print_result(Console(), result)
+        print_result(table_console(), result)
 
 
 async def _seek(config: RigConfig, plan: Plan, url: str) -> dict[str, Any]:
-    with Records.open(url) as store:
+    with Records.open(url) as store, LiveProgress() as progress:
         async with Writer(store) as writer, build_rig(config) as rig:
-            with LiveProgress() as progress:
-                return await record_north_seek(rig, plan, writer, progress.show)
+            return await record_north_seek(rig, plan, writer, progress.show)
 
 
-@click.command("plan")
+@click.command("plan", short_help="Say what a north-seek would take; move nothing.")
 @rig_options
 @plan_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+@json_option
 def plan_command(config: RigConfig, plan: Plan, *, as_json: bool) -> None:
     """Say what a north-seek would take: duration, uncertainty, budget. Moves nothing."""
     with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
@@ -51,7 +59,7 @@ def plan_command(config: RigConfig, plan: Plan, *, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(prediction))
     else:
-        print_prediction(Console(), prediction)
+        print_prediction(table_console(), prediction)
 
 
 async def _predict(config: RigConfig, plan: Plan) -> dict[str, Any]:

@@ -7,10 +7,10 @@ import click
 
 from northfinder.cli.options import rig_options
 from northfinder.config import RigConfig
-from northfinder.wiring import serve_simulation
+from northfinder.wiring import serve_simulation, serving_loop
 
 
-@click.command()
+@click.command(short_help="Serve the simulated instruments to any client.")
 @rig_options
 @click.option(
     "--serial",
@@ -24,7 +24,7 @@ def sim(config: RigConfig, transport: str) -> None:
 
     Prints where each listens, one JSON object a line; connect a rig.toml to those links.
     """
-    with asyncio.Runner() as runner:
+    with asyncio.Runner(loop_factory=serving_loop(config)) as runner:
         runner.run(_serve(config, transport))
 
 

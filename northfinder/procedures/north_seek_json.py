@@ -18,22 +18,25 @@ JsonObject = dict[str, Any]
 
 
 def north_seek_json(seek: NorthSeek) -> JsonObject:
-    """Return every number of the result; azimuths in [0, 360), null for what is not determined."""
+    """Return every number of the result; azimuths in [0, 360), null for what is not determined.
+
+    The 95 % interval alone is not wrapped: its ends stay in order around the azimuth.
+    """
     solution, budget = (
         seek.solutions["coordinate_transform"],
         seek.budgets["coordinate_transform"],
     )
-    azimuth_deg = float(solution.azimuth_rad) / DEG
+    azimuth_deg = _wrapped_deg(float(solution.azimuth_rad) / DEG)
     half_width_deg = float(budget.interval95_rad) / DEG
     earth = seek.earth_rate
     return {
         "azimuth_deg": azimuth_deg,
         "azimuth_sigma_deg": float(budget.sigma_rad) / DEG,
         "azimuth_interval95_deg": [azimuth_deg - half_width_deg, azimuth_deg + half_width_deg],
-        "reference_azimuth_deg": (azimuth_deg + seek.reference_offset_rad / DEG) % 360.0,
+        "reference_azimuth_deg": _wrapped_deg(azimuth_deg + seek.reference_offset_rad / DEG),
         "solutions": {
             method: {
-                "azimuth_deg": float(seek.solutions[method].azimuth_rad) / DEG,
+                "azimuth_deg": _wrapped_deg(float(seek.solutions[method].azimuth_rad) / DEG),
                 "sigma_deg": float(seek.budgets[method].sigma_rad) / DEG,
             }
             for method in seek.solutions
@@ -68,13 +71,18 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
     }
 
 
+def _wrapped_deg(angle_deg: float) -> float:
+    """Return it in [0, 360): of a tiny negative angle, Python's remainder is 360 itself."""
+    wrapped = angle_deg % 360.0
+    return wrapped if wrapped < 360.0 else 0.0
+
+
 def _fit_json(
     fit: HarmonicFit, samples: Sequence[Samples], unit: float, suffix: str, squared: str
 ) -> JsonObject:
     """Chi-square is against the given noise, else against the scatter within the visits."""
     covariance = np.asarray(fit.covariance) / unit**2
-    within = np.array([part.sigma for part in samples])
-    chi2 = fit.chi2 if fit.sigma_known else np.sum((fit.residuals / within) ** 2)
+    chi2 = fit.chi2 if fit.sigma_known else _chi2_within(fit, samples)
     return {
         f"R_{suffix}": float(fit.R) / unit,
         f"a_{suffix}": float(fit.a) / unit,
@@ -84,6 +92,13 @@ def _fit_json(
         "chi2": _or_null(chi2),
         "dof": fit.dof,
     }
+
+
+def _chi2_within(fit: HarmonicFit, samples: Sequence[Samples]) -> float:
+    within = np.array([part.sigma for part in samples])
+    if not np.all(within > 0.0):  # samples that are all alike: nothing to compare with
+        return math.nan
+    return float(np.sum((fit.residuals / within) ** 2))
 
 
 def _tilt_json(tilt: TiltEstimate) -> JsonObject:

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.interfaces import MotionLimits
 from northfinder.config import LatitudeDeg, RigConfig
@@ -13,13 +13,15 @@ from northfinder.errors import ConfigError
 from northfinder.estimators.design import harmonic_design
 from northfinder.estimators.prediction import predict_azimuth
 from northfinder.estimators.uncertainty import AzimuthBudget, SystematicUncertainty
-from northfinder.procedures.visits import Order, PlannedVisit, schedule
+from northfinder.procedures.visits import AnyOrder, Order, PlannedVisit, schedule
 from northfinder.rig import Rig
 from northfinder.units import DEG, DEG_PER_HOUR, PPM
 
 LONGEST_DWELL_S = 3600.0
+MOST_VISITS = 2000  # the fit's work per visit grows with their square
 HIGH_LATITUDE_DEG = 80.0
 _FEWEST_SAMPLES = 10  # a visit's mean needs a standard error
+_TRIAL_DWELL_S = 5.0
 _ARRIVAL_S = 0.1  # polls of the table and the last tenth of a second of settling
 _HOMING_TURNS = 1.0
 _DEG_PER_HOUR_CUBED = DEG / 3600.0**3
@@ -38,11 +40,27 @@ class Plan(BaseModel):
     kind: Literal["north-seek"] = "north-seek"
     positions: Annotated[int, Field(ge=3, le=720)] = 24
     dwell_s: Annotated[float, Field(gt=0.0, le=LONGEST_DWELL_S)] = 5.0
-    order: Order | Literal["auto"] = "out-and-back"
+    order: AnyOrder = "out-and-back"
     settle_s: Annotated[float, Field(ge=0.0, le=600.0)] = 0.5
     revolutions: Annotated[int, Field(ge=1, le=100)] = 1
     latitude_deg: LatitudeDeg | None = None
     target_sigma_deg: Annotated[float, Field(gt=0.0, le=90.0)] | None = None
+
+    @model_validator(mode="after")
+    def _feasible(self) -> Self:
+        visits = self.positions * self.visits_per_angle
+        if visits > MOST_VISITS:
+            msg = (
+                f"{self.positions} positions and {self.revolutions} revolutions make {visits} "
+                f"visits, more than {MOST_VISITS}: lengthen the dwell instead"
+            )
+            raise ValueError(msg)
+        return self
+
+    @property
+    def visits_per_angle(self) -> int:
+        """Return how often each angle is visited; an open order counts as there and back."""
+        return self.revolutions * (1 if self.order == "sequential" else 2)
 
     def latitude_rad(self, config: RigConfig) -> float:
         """Return the plan's own latitude, or the site's."""
@@ -59,6 +77,7 @@ class Prediction:
         end_s: When each visit will be over, from the start of the run.
         homing_s: Time set aside to find the table's reference.
         duration_s: Of the whole run.
+        motion_limits: How fast the table will turn.
         budget: Of the azimuth, at the least favourable azimuth.
         warnings: Sentences for whoever is about to start it.
     """
@@ -68,6 +87,7 @@ class Prediction:
     end_s: list[float]
     homing_s: float
     duration_s: float
+    motion_limits: MotionLimits
     budget: AzimuthBudget
     warnings: list[str]
 
@@ -81,10 +101,19 @@ class Prediction:
         return {
             "duration_s": self.duration_s,
             "azimuth_sigma_deg": self.sigma_rad / DEG,
+            "motion_limits": _motion_limits_json(self.motion_limits),
             "budget": budget_json(self.budget),
             "warnings": self.warnings,
             "plan": self.plan.model_dump(mode="json"),
         }
+
+
+def _motion_limits_json(limits: MotionLimits) -> dict[str, float | None]:
+    acceleration_deg_s2 = limits.acceleration_rad_s2 / DEG
+    return {
+        "speed_deg_s": limits.speed_rad_s / DEG,
+        "acceleration_deg_s2": acceleration_deg_s2 if math.isfinite(acceleration_deg_s2) else None,
+    }
 
 
 def budget_json(budget: AzimuthBudget) -> list[dict[str, Any]]:
@@ -147,8 +176,13 @@ def _best_order(plan: Plan, rig: Rig) -> Order:
 
 
 def _dwell_for_target(plan: Plan, rig: Rig) -> float:
-    """Choose the dwell whose predicted sigma is the target: noise falls with it, the rest stays."""
+    """Choose the dwell whose predicted sigma is the target: noise falls with it, the rest stays.
+
+    It does not depend on the plan's own dwell, so that a chosen plan predicts itself.
+    """
     target_deg = plan.target_sigma_deg or 0.0
+    shortest_s = _shortest_dwell_s(rig) * plan.visits_per_angle
+    plan = plan.model_copy(update={"dwell_s": max(_TRIAL_DWELL_S, shortest_s)})
     for _ in range(5):  # the flicker's part depends on the timing, weakly
         prediction = _predict(plan, rig, systematic(rig.config))
         lines = prediction.budget.lines
@@ -162,7 +196,6 @@ def _dwell_for_target(plan: Plan, rig: Rig) -> float:
                 f"it. Take a larger target or more positions"
             )
             raise ConfigError(msg)
-        shortest_s = _shortest_dwell_s(rig) * _visits_per_angle(plan)
         plan = plan.model_copy(update={"dwell_s": max(dwell_s, shortest_s)})
     return plan.dwell_s
 
@@ -174,7 +207,8 @@ def _predict(plan: Plan, rig: Rig, known: SystematicUncertainty) -> Prediction:
     end_s = _ends(plan, visits, rig.motion_limits, homing_s)
     budget = _budget(plan, visits, end_s, rig, known)
     warnings = _warnings(plan, rig.config)
-    return Prediction(plan, visits, end_s, homing_s, end_s[-1], budget, warnings)
+    limits = rig.motion_limits
+    return Prediction(plan, visits, end_s, homing_s, end_s[-1], limits, budget, warnings)
 
 
 def chosen_order(plan: Plan) -> Order:
@@ -187,10 +221,6 @@ def chosen_order(plan: Plan) -> Order:
         msg = "the order of visits is still open: predict chooses it"
         raise ValueError(msg)
     return plan.order
-
-
-def _visits_per_angle(plan: Plan) -> int:
-    return plan.revolutions * (1 if plan.order == "sequential" else 2)
 
 
 def _shortest_dwell_s(rig: Rig) -> float:

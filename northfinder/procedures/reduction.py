@@ -97,8 +97,8 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Nor
         check_tilt(tilt),
         check_latitude(latitude_rad),
         check_lost_samples(
-            [len(samples) for samples in (*rates, *forces)],
-            [samples.lost for samples in (*rates, *forces)],
+            [len(visit.gyro) + len(visit.accelerometer) for visit in visits],
+            [visit.gyro.lost + visit.accelerometer.lost for visit in visits],
         ),
         check_invalid_samples(
             [len(samples) for samples in rates], [samples.invalid for samples in rates]
@@ -128,6 +128,9 @@ def estimate_so_far(
     return float(solution.azimuth_rad), float(budget.sigma_rad)
 
 
+#: rad/s or g. Samples may be all alike, as of a simulated sensor without noise; no mean is exact.
+_LEAST_SCATTER = 1e-12
+
 #: Sigma of each visit's mean, or None to estimate it: from the samples, the configured noise
 #: (mean over T seconds: noise/sqrt(T)) and the number of parameters.
 NoiseModel = Callable[[Sequence[Samples], float | None, int], FloatArray | None]
@@ -138,11 +141,11 @@ def _noise_model(
 ) -> FloatArray | None:
     if noise_sqrt_s is not None:
         return noise_sqrt_s / np.sqrt([_duration_s(part) * _share(part) for part in samples])
-    return None if len(samples) > parameters else _scatter(samples)
+    return None if len(samples) > parameters else _scatter_within(samples)
 
 
 def _scatter_within(samples: Sequence[Samples], *_: object) -> FloatArray:
-    return _scatter(samples)
+    return np.maximum(_scatter(samples), _LEAST_SCATTER)
 
 
 def _fit_both(

@@ -7,6 +7,7 @@ from typing import Literal
 from northfinder.samples import Samples
 
 Order = Literal["sequential", "out-and-back", "opposite"]
+AnyOrder = Literal["sequential", "out-and-back", "opposite", "auto"]
 Direction = Literal["out", "back"]
 
 

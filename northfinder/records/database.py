@@ -10,7 +10,7 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 from sqlalchemy.pool import ConnectionPoolEntry
 
-from northfinder.records.errors import RecordsError
+from northfinder.records.errors import DatabaseUrlError, RecordsError
 
 _BUSY_TIMEOUT_S = "5"
 _ADVICE = {
@@ -35,7 +35,8 @@ def make_engine(url_text: str) -> Engine:
         url_text: ``sqlite:///FILE`` or ``postgresql+psycopg://...``.
 
     Raises:
-        RecordsError: No such kind of database, no such driver, or no such folder.
+        DatabaseUrlError: No such kind of database, or no such driver.
+        RecordsError: No such folder.
     """
     url = _parse(url_text)
     try:
@@ -45,7 +46,7 @@ def make_engine(url_text: str) -> Engine:
         engine = create_engine(url.update_query_dict({"timeout": _BUSY_TIMEOUT_S} | url.query))
     except (ImportError, NoSuchModuleError) as error:
         msg = f"no driver for the database {_public(url)}: {error}"
-        raise RecordsError(msg) from error
+        raise DatabaseUrlError(msg) from error
     event.listen(engine, "connect", _set_up_sqlite)
     event.listen(engine, "begin", _begin_sqlite)
     return engine
@@ -79,17 +80,17 @@ def _parse(url_text: str) -> URL:
         url = make_url(url_text)
     except ArgumentError as error:
         msg = f"{url_text!r} is no database URL; write sqlite:///FILE or postgresql+psycopg://..."
-        raise RecordsError(msg) from error
+        raise DatabaseUrlError(msg) from error
     if url.get_backend_name() not in {"sqlite", "postgresql"}:
         msg = f"records cannot be kept in {url.get_backend_name()}; use sqlite or postgresql"
-        raise RecordsError(msg)
+        raise DatabaseUrlError(msg)
     return url
 
 
 def _require_folder(url: URL) -> None:
     if not url.database or url.database == ":memory:":
-        msg = f"{url} lives in memory and would lose every run; name a file: sqlite:///FILE"
-        raise RecordsError(msg)
+        msg = "this database lives in memory and would lose every run; name a file: sqlite:///FILE"
+        raise DatabaseUrlError(msg)
     if "uri" in url.query:  # an SQLite URI names an existing file, with options of its own
         return
     folder = Path(url.database).parent

@@ -1,4 +1,4 @@
-"""The counter says which sample it is, the arrival when it was, whatever the line does to either."""
+"""The counter says which sample it is and the arrival when, whatever the line does to them."""
 
 from collections.abc import Iterator
 
@@ -122,12 +122,12 @@ def jittered(
 ) -> Iterator[tuple[IntArray, FloatArray, float]]:
     """Yield bursts of 50 samples: ticks, the instants at which they were taken, the arrival."""
     for start in range(0, count, 50):
-        tick = np.arange(start, start + 50)
-        taken_s = 100.0 + tick * device_period_s
+        tick = np.arange(start, start + 50, dtype=np.int64)
+        taken_s = 100.0 + tick.astype(np.float64) * device_period_s
         yield tick, taken_s, float(taken_s[-1] + 0.002 + random.exponential(0.01))
 
 
-def test_under_jitter_times_are_early_by_no_more_than_the_smallest_latency() -> None:
+def test_under_jitter_times_are_late_by_no_more_than_the_smallest_latency() -> None:
     clock = kvh_clock()
     errors_s = []
     for tick, taken_s, arrival_s in jittered(20_000, PERIOD_S, np.random.default_rng(1)):

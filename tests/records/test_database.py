@@ -32,7 +32,7 @@ sys.stdin.read()
 def locked_by_another_process(path: Path) -> Iterator[None]:
     command = [sys.executable, "-c", LOCK_HOLDER, str(path)]
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:  # noqa: S603 -- our own program
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "locked\n"
         yield
@@ -59,7 +59,7 @@ def test_an_existing_database_is_opened_without_alembic(records: Records, url: s
         "with Records.open(sys.argv[1]): sys.exit('alembic' in sys.modules)"
     )
     root = Path(__file__).parents[2]
-    subprocess.run([sys.executable, "-c", program, url], cwd=root, check=True)  # noqa: S603 -- our own program
+    subprocess.run([sys.executable, "-c", program, url], cwd=root, check=True)
 
 
 def test_a_database_locked_by_another_program_is_a_sentence(tmp_path: Path) -> None:

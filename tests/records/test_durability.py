@@ -39,7 +39,7 @@ def test_each_visit_is_there_for_another_connection_at_once(
 
 def test_every_completed_visit_survives_a_kill(url: str) -> None:
     command = [sys.executable, "-c", ENDLESS_RUN, url]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603 -- our own program
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         run_id = process.stdout.readline().strip()
         for _ in range(7):

@@ -1,0 +1,62 @@
+"""How far a run is, on a terminal: a bar, and below it north so far."""
+
+from typing import Self
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.text import Text
+
+from northfinder.formatting import azimuth_with_uncertainty, duration
+from northfinder.procedures import events
+from northfinder.units import DEG
+
+_NORTH_SIGMA_LIMIT_RAD = 90.0 * DEG  # beyond it, any direction would do
+
+
+class LiveProgress:
+    """Two lines on stderr; nothing where stderr is no terminal."""
+
+    def __init__(self) -> None:
+        console = Console(stderr=True, highlight=False)
+        self._shown = console.is_terminal
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=None),
+            TextColumn("{task.fields[left]}"),
+            console=console,
+            expand=True,
+        )
+        self._task = self._bar.add_task("opening the instruments", total=1.0, left="")
+        self._north = Text("")
+        self._live = Live(console=console, transient=True, get_renderable=self._lines)
+
+    def __enter__(self) -> Self:
+        if self._shown:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            self._live.stop()
+
+    async def show(self, event: events.Event) -> None:
+        """Take one event of the run."""
+        match event:
+            case events.Progress(fraction=fraction, left_s=left_s, doing=doing):
+                left = f"{duration(left_s)} left"
+                self._bar.update(self._task, completed=fraction, description=doing, left=left)
+            case events.Estimate(azimuth_rad=azimuth_rad, sigma_rad=sigma_rad):
+                self._north = Text(_north_so_far(azimuth_rad, sigma_rad), style="bold")
+            case events.VisitCompleted():
+                pass
+
+    def _lines(self) -> RenderableType:
+        return Group(self._bar.make_tasks_table(self._bar.tasks), self._north)
+
+
+def _north_so_far(azimuth_rad: float, sigma_rad: float) -> str:
+    if not sigma_rad < _NORTH_SIGMA_LIMIT_RAD:
+        return "north so far: any direction"
+    north = azimuth_with_uncertainty(azimuth_rad / DEG, 2 * sigma_rad / DEG)
+    return f"north so far: azimuth {north} deg (2 sigma)"

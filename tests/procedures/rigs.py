@@ -1,0 +1,94 @@
+"""North-seeks on simulated rigs, built as the command line builds them, in virtual time."""
+
+import asyncio
+import math
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from northfinder.config import RigConfig, load_config
+from northfinder.procedures.events import Event
+from northfinder.procedures.north_seek import Plan, run
+from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
+from northfinder.rig import Rig
+from northfinder.wiring import SimulatedWorld, build_rig, event_loop
+from sim.world import World
+
+T = TypeVar("T")
+
+SHORT = Plan(positions=4, dwell_s=0.2, settle_s=0.1)
+
+#: Sees every event, and may spoil the world.
+Meanwhile = Callable[[World, Event], None]
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What came of a run; ``at_rest`` is the plate's, asked as soon as the run had ended."""
+
+    result: JsonObject | None
+    error: BaseException | None
+    events: list[Event]
+    lasted_s: float
+    at_rest: bool
+
+    @property
+    def completed(self) -> JsonObject:
+        if self.result is None:
+            raise AssertionError(self.error) from self.error
+        return self.result
+
+    @property
+    def reason(self) -> str:
+        assert self.error is not None, "the run should have failed"
+        return str(self.error)
+
+
+def config_of(**sections: dict[str, Any]) -> RigConfig:
+    return load_config(None, {}, sections)
+
+
+def virtually(config: RigConfig, main: Coroutine[Any, Any, T]) -> T:
+    with asyncio.Runner(loop_factory=event_loop(config, math.inf)) as runner:
+        return runner.run(main)
+
+
+def world_of(rig: Rig) -> World:
+    assert isinstance(rig.simulation, SimulatedWorld)
+    return rig.simulation.world
+
+
+def nothing(_: World, __: Event) -> None: ...
+
+
+def seek(
+    plan: Plan = SHORT, meanwhile: Meanwhile = nothing, /, **sections: dict[str, Any]
+) -> Outcome:
+    """Run a north-seek in virtual time and keep what came of it, an error too."""
+    config = config_of(**sections)
+    return virtually(config, _seek(config, plan, meanwhile))
+
+
+async def _seek(config: RigConfig, plan: Plan, meanwhile: Meanwhile) -> Outcome:
+    events: list[Event] = []
+    loop = asyncio.get_running_loop()
+    async with build_rig(config) as rig:
+        world, began_s = world_of(rig), loop.time()
+
+        async def emit(event: Event) -> None:
+            events.append(event)
+            meanwhile(world, event)
+
+        result, error = None, None
+        try:
+            result = north_seek_json(await run(rig, plan, emit))
+        except Exception as failure:  # noqa: BLE001 - the test says what it should have been
+            error = failure
+        lasted_s = loop.time() - began_s
+        return Outcome(result, error, events, lasted_s, world.plate.end_s <= loop.time())
+
+
+def sigmas_off(result: JsonObject, azimuth_deg: float) -> float:
+    """How many stated sigma a result is from the truth, modulo the circle."""
+    miss_deg = math.remainder(result["azimuth_deg"] - azimuth_deg, 360.0)
+    return abs(miss_deg) / float(result["azimuth_sigma_deg"])
