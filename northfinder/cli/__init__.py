@@ -34,7 +34,7 @@ for command in (seek, plan_command, sim, runs, bench):
 def main() -> None:
     """Run a command; every error is one line on stderr, and never a traceback."""
     try:
-        cli(standalone_mode=False)
+        cli(prog_name="northfinder", standalone_mode=False)
     except NoArgsIsHelpError as asked:
         asked.show()
         sys.exit(2)

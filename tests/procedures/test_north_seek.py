@@ -94,7 +94,7 @@ def test_progress_goes_from_nothing_to_all_and_says_what_is_done() -> None:
 
 
 def bias_by_drift(order: Any) -> tuple[float, JsonObject]:  # noqa: ANN401 - a literal
-    """What 0.05 deg/h over the run does to the azimuth, in arc minutes, the noise being the same."""
+    """What 0.05 deg/h over the run does to the azimuth, arc minutes, all noise being the same."""
     plan = Plan(positions=8, dwell_s=0.4, settle_s=0.1, order=order)
     steady = seek(plan)
     drift_deg_h_h = 0.05 / (steady.lasted_s / 3600.0)
