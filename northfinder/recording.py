@@ -58,7 +58,9 @@ async def record_north_seek(
     except Exception as error:
         await writer.fail(run_id, sentence_of(error))
         raise
-    result = {**_frame(run_id, new, "completed"), **north_seek_json(seek)}
+    # The devices once more, for their counters have counted since.
+    rig_after = {**new.rig, "devices": rig.devices()}
+    result = {**_frame(run_id, new, "completed"), "rig": rig_after, **north_seek_json(seek)}
     await writer.finish(run_id, result)
     return result
 
@@ -78,7 +80,8 @@ def recompute(store: records.Records, run_id: str) -> JsonObject:
     plan = validated(north_seek.Plan, run.plan, f"run {run.id}")
     visits = [_with_samples(store, run.id, entry) for entry in store.visits(run.id)]
     result = north_seek_json(reduce_visits(visits, plan, config))
-    return {**_frame(run.id, run, run.state), **result}
+    rig_after = run.result["rig"] if run.result is not None else run.rig
+    return {**_frame(run.id, run, run.state), "rig": rig_after, **result}
 
 
 def _new_run(rig: Rig, plan: north_seek.Plan) -> records.NewRun:

@@ -136,3 +136,16 @@ def test_a_run_names_its_devices_and_the_chosen_plan(url: str) -> None:
 
 def test_an_infinite_speed_is_no_hindrance_to_a_record(url: str) -> None:
     assert record(url, simulation={"speed": float("inf")})["state"] == "completed"
+
+
+def test_the_result_tells_what_came_over_each_link(url: str) -> None:
+    def corrupt(world: World, _: Event) -> None:
+        world.faults("gyro").corrupt_per_byte = 1e-4
+
+    result = record(url, corrupt)
+    counters = {device["role"]: device["counters"] for device in result["rig"]["devices"]}
+    assert counters["gyro"]["crc_errors"] > 10
+    assert counters["gyro"]["frames"] > 8 * 400
+    assert counters["accelerometer"]["crc_errors"] == 0
+    with Records.open(url) as store:
+        assert recompute(store, result["run_id"]) == result

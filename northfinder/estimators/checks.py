@@ -113,8 +113,8 @@ def check_outliers(fit: HarmonicFit) -> Check:
     )
     angle_deg = fit.design.angle_rad[worst] / DEG
     text = (
-        f"The largest residual, visit {worst} at {angle_deg:g} deg, is {t[worst]:.1f} times the "
-        f"scatter of the others (limit {warn:.1f})"
+        f"The largest residual, visit {worst + 1} at {angle_deg:g} deg, is {t[worst]:.1f} times "
+        f"the scatter of the others (limit {warn:.1f})"
     )
     if t[worst] <= warn:
         return Check("outliers", "pass", f"{text}.")
@@ -234,9 +234,11 @@ def _fraction_check(  # noqa: PLR0913, PLR0917 (the two sentences differ in each
 ) -> Check:
     share = np.divide(part, whole, out=np.ones_like(part), where=whole > 0.0)
     worst = int(np.argmax(share))
+    if share[worst] == 0.0:
+        return Check(name, "pass", f"None of {whole.sum():.0f} samples {verb}.")
     text = (
         f"{part.sum():.0f} of {whole.sum():.0f} samples {verb}, at most {share[worst]:.2%} in one "
-        f"visit (visit {worst}; limit {limits[0]:.1%})"
+        f"visit (visit {worst + 1}; limit {limits[0]:.1%})"
     )
     if share[worst] <= limits[0]:
         return Check(name, "pass", f"{text}.")

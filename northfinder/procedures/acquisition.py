@@ -20,6 +20,7 @@ _SETTLE_LIMIT_S = 10.0
 _SIGMAS = 6.0  # three windows of pure noise differ by more once in 10^7
 _FLOOR_RAD_S = 0.02 * DEG_PER_HOUR  # below what any reading of a few seconds can tell
 _CROSS_AXIS_RAD_S = 20.0 * DEG_PER_HOUR  # a milliradian of misalignment makes 0.02 deg/h of it
+_AT_REST_RAD_S = 0.2 * DEG  # per second: no gyro's bias, and slower than any table turns
 
 
 async def settle(rig: Rig, listener: Listener, settle_s: float) -> float:
@@ -27,7 +28,8 @@ async def settle(rig: Rig, listener: Listener, settle_s: float) -> float:
 
     The gyro decides: three successive tenths of a second must agree on every axis within the
     noise that the samples themselves show (by successive differences, which a slow ringing does
-    not inflate).
+    not inflate). A rate that is steady and large is the table still turning: its samples come
+    late over a slow link.
 
     Args:
         rig: The rig; its table has come to rest.
@@ -131,19 +133,22 @@ class _SettlingDetector:
             self._errors.append(white / math.sqrt(len(rates)))
 
     def settled(self) -> bool:
-        """Say whether the last windows agree; an axis that the gyro lacks is NaN and agrees."""
+        """Say whether the last windows agree, near zero; an axis that the gyro lacks is NaN."""
         if len(self._means) < _WINDOWS:
             return False
         tolerance = _SIGMAS * math.sqrt(2) * np.max(self._errors[-_WINDOWS:], axis=0) + self._floor
         spread = np.ptp(self._means[-_WINDOWS:], axis=0)
-        return bool(np.all((spread <= tolerance) | np.isnan(spread)))
+        at_rest = (spread <= tolerance) & (np.abs(self._means[-1]) <= _AT_REST_RAD_S)
+        return bool(np.all(at_rest | np.isnan(spread)))
 
     def unsettled(self) -> str:
         """Say what stands in the way."""
         if len(self._means) < _WINDOWS:
             return "the gyro marks its readings as invalid. Check its status and its warm-up"
         spread_deg_h = float(np.nanmax(np.ptp(self._means[-_WINDOWS:], axis=0))) / DEG_PER_HOUR
+        fastest_deg_s = float(np.nanmax(np.abs(self._means[-1]))) / DEG
         return (
-            f"it still changes by {spread_deg_h:.3g} deg/h between tenths of a second. Check for "
-            f"vibration and loose mountings, or measure at a quieter time"
+            f"the gyro turns at {fastest_deg_s:.3g} deg/s, and that changes by {spread_deg_h:.3g} "
+            f"deg/h between tenths of a second. Check for vibration, loose mountings and whatever "
+            f"moves the table, or measure at a quieter time"
         )

@@ -81,7 +81,7 @@ def test_a_disturbed_visit_is_named(kick: float, status: str) -> None:
     at[5] = kick * SIGMA
     check = check_outliers(revolution(at))
     assert check.status == status
-    assert ("visit 5 at 75 deg" in check.detail) == (status != "pass")
+    assert ("visit 6 at 75 deg" in check.detail) == (status != "pass")
 
 
 def test_too_few_visits_show_no_outlier() -> None:
@@ -199,6 +199,6 @@ def test_a_visit_without_samples_fails() -> None:
     assert check_lost_samples([2500, 0], [0, 0]) == Check(
         "lost samples",
         "fail",
-        "0 of 2500 samples were lost, at most 100.00% in one visit (visit 1; limit 0.1%); "
+        "0 of 2500 samples were lost, at most 100.00% in one visit (visit 2; limit 0.1%); "
         "check the cable, the baud rate and the load of this computer.",
     )

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from drivers.errors import LinkTimeoutError
+from drivers.errors import DeviceFaultError, LinkTimeoutError
 from drivers.interfaces import InertialSensor, SampleBlock
 from northfinder.errors import AcquisitionError
 from northfinder.procedures.acquisition import collect, settle
@@ -108,6 +108,24 @@ async def settled_at(rig: Rig, ringing: Ringing, settle_s: float) -> tuple[float
         after_s = np.arange(begin_s, begin_s + 0.9, 0.001)
         turned_rad = plate.angle_rad(after_s + 0.1) - plate.angle_rad(after_s)
         return begin_s - arrived_s, float(np.max(np.abs(turned_rad))) / 0.1
+
+
+def test_a_steady_cruise_is_no_rest_however_late_its_samples_come() -> None:
+    """Over a slow link samples of the move arrive after the table stopped."""
+
+    async def settled_in_motion() -> None:
+        async with build_rig(config_of()) as rig:
+            await rig.home()
+            move = asyncio.create_task(rig.move_to(20 * math.pi))
+            await asyncio.sleep(1.0)
+            async with rig.gyro.sensor.listen() as rates:
+                with pytest.raises(AcquisitionError, match=r"the gyro turns at 120 deg/s"):
+                    await settle(rig, rates, 0.0)
+            await rig.stop()
+            with pytest.raises(DeviceFaultError):
+                await move
+
+    virtually(config_of(), settled_in_motion())
 
 
 @pytest.mark.parametrize("damping_ratio", [0.2, 0.05, 0.02])
