@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import venv
@@ -53,3 +54,22 @@ def test_a_wheel_finds_north_in_a_fresh_environment(tmp_path: Path) -> None:
     result = json.loads(run(*seek, "--database", database, folder=tmp_path))
     assert result["state"] == "completed"
     assert abs(result["azimuth_deg"] - 48.0) < 4 * result["azimuth_sigma_deg"]
+
+
+@pytest.mark.proof
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize("editable", [False, True], ids=["wheel", "editable"])
+def test_the_tests_pass_in_a_fresh_environment(tmp_path: Path, *, editable: bool) -> None:
+    """The tests are copied away from the checkout, so that the packages are the installed ones."""
+    run(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path, folder=ROOT)
+    (wheel,) = tmp_path.glob("*.whl")
+    what = ["--editable", f"{ROOT}[dev]"] if editable else [f"{wheel}[dev]"]
+    venv.create(tmp_path / "fresh", with_pip=True)
+    python = tmp_path / "fresh" / ("Scripts" if sys.platform == "win32" else "bin") / "python"
+    run(python, "-m", "pip", "install", "--quiet", *what, folder=tmp_path)
+    shutil.copytree(ROOT / "tests", tmp_path / "tests")
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    wanted = ["--ignore=tests/test_packaging.py", "--ignore=tests/test_readme.py"]
+    chosen = ("-m", "not proof and not speed and not slow", *wanted)
+    printed = run(python, "-m", "pytest", "-q", *chosen, folder=tmp_path)
+    assert " passed" in printed

@@ -7,10 +7,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from northfinder.proof.measurements import Figure, harmonic_fit, kvh_decoding, whole_seek
+from northfinder.proof.figure import Figure
+from northfinder.proof.measurements import harmonic_fit, kvh_decoding, whole_seek
 from northfinder.proof.serial_load import serial_load
+from northfinder.proof.statistics import coverage, cramer_rao, linear_drift, solver_agreement
 
 MEASUREMENTS = {
+    "solver-agreement": solver_agreement,
+    "cramer-rao": cramer_rao,
+    "coverage": coverage,
+    "linear-drift": linear_drift,
     "kvh-decoding": kvh_decoding,
     "harmonic-fit": harmonic_fit,
     "whole-seek": whole_seek,
@@ -38,7 +44,6 @@ def _table(figures: list[Figure]) -> Table:
     table.add_column("")
     for figure in figures:
         verdict = Text("met", style="green") if figure.met else Text("NOT MET", style="bold red")
-        decimals = 0 if figure.value >= 1000 else 2
-        measured = f"{figure.value:,.{decimals}f} {figure.unit}"
-        table.add_row(figure.name, measured, f"{figure.required} {figure.limit:,g}", verdict)
+        measured = f"{figure.value:,.4g}" if figure.value < 1e4 else f"{figure.value:,.0f}"
+        table.add_row(figure.name, f"{measured} {figure.unit}".strip(), figure.required, verdict)
     return table

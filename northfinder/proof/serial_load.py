@@ -11,7 +11,7 @@ from drivers.interfaces import InertialSensor
 from drivers.kvh import Kvh
 from drivers.links.serial import SerialLink
 from drivers.stim300 import Stim300
-from northfinder.proof.measurements import Figure
+from northfinder.proof.figure import Figure
 
 _SENSORS: dict[str, type[Kvh] | type[Stim300]] = {"gyro": Kvh, "accelerometer": Stim300}
 
@@ -22,9 +22,9 @@ def serial_load(duration_s: float = 60.0) -> Iterator[Figure]:
     The processor time is this process's own: drivers, links and codecs.
     """
     lost, share = asyncio.run(_load(duration_s))
-    of_load = f"1 kHz KVH and 500 Hz STIM300 on ptys for {duration_s:g} s"
-    yield Figure(f"{of_load}: samples lost", float(lost), "samples", "<", 1.0)
-    yield Figure(f"{of_load}: processor", 100.0 * share, "% of one core", "<", 25.0)
+    of_load = f"{duration_s:g} s of KVH and STIM300 on ptys"
+    yield Figure(f"{of_load}: samples lost", float(lost), "samples", None, 0.0)
+    yield Figure(f"{of_load}: processor", 100.0 * share, "% of one core", None, 25.0)
 
 
 async def _load(duration_s: float) -> tuple[int, float]:

@@ -1,0 +1,53 @@
+"""The short form of what `make proof` measures."""
+
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+from click.testing import CliRunner
+
+from northfinder.cli.bench import MEASUREMENTS, bench
+from northfinder.proof.figure import Figure
+from northfinder.proof.serial_load import serial_load
+from northfinder.proof.statistics import cramer_rao, linear_drift, solver_agreement
+
+
+@pytest.mark.parametrize("measure", [cramer_rao, linear_drift, solver_agreement])
+def test_the_estimators_keep_what_is_promised(measure: Callable[[], Iterator[Figure]]) -> None:
+    for figure in measure():
+        assert figure.met, figure
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_both_sensors_at_full_rate_through_real_ptys_lose_nothing() -> None:
+    lost, _processor = serial_load(duration_s=3.0)
+    assert lost.met, lost
+
+
+@pytest.mark.parametrize(
+    ("least", "most", "met", "words"),
+    [
+        (0.98, 1.02, True, "0.98 .. 1.02"),
+        (1.01, None, False, "at least 1.01"),
+        (None, 0.99, False, "at most 0.99"),
+    ],
+)
+def test_a_figure_says_whether_its_promise_is_kept(
+    least: float | None, most: float | None, words: str, *, met: bool
+) -> None:
+    figure = Figure("ratio", 1.0, "", least, most)
+    assert (figure.met, figure.required) == (met, words)
+
+
+def test_a_promise_that_is_not_kept_ends_the_command_with_1(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def unkept() -> Iterator[Figure]:
+        yield Figure("decoding", 3.0, "frames/s", 1e6, None)
+
+    monkeypatch.setitem(MEASUREMENTS, "kvh-decoding", unkept)
+    done = CliRunner().invoke(bench, ["kvh-decoding", "--require"])
+    assert done.exit_code == 1
+    assert "NOT MET" in done.output
+    assert CliRunner().invoke(bench, ["kvh-decoding"]).exit_code == 0
