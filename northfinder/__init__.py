@@ -25,5 +25,5 @@ Signal: a sensor mounted at angle mu from the index mark, counter-clockwise, rea
 
 Units: rad, rad/s, s, m inside; every dimensional name carries its unit (``azimuth_rad``).
 Specific force is in g: standard gravities from an instrument, local gravities where a function
-says so. Degrees appear only at the edges: wire, configuration, records, web.
+says so. Degrees appear only at the edges: wire, configuration, JSON, terminal, web.
 """

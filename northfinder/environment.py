@@ -8,8 +8,8 @@ from northfinder.errors import ConfigError
 
 _PREFIX = "NORTHFINDER_"
 
-#: Read by the service and by the hardware tests; no keys of the configuration.
-_NOT_CONFIGURATION = {"NORTHFINDER_TOKEN", "NORTHFINDER_TEST_RIG"}
+#: The service's; whoever keeps it in the shell may still find north from there.
+_NOT_CONFIGURATION = {"NORTHFINDER_TOKEN"}
 
 
 def from_environment(

@@ -113,7 +113,7 @@ def test_a_value_out_of_range_in_the_environment_says_where_it_came_from() -> No
 
 
 def test_the_variables_of_the_service_and_the_tests_are_no_mistake() -> None:
-    environ = {"NORTHFINDER_TOKEN": "secret", "NORTHFINDER_TEST_RIG": "rig.toml"}
+    environ = {"NORTHFINDER_TOKEN": "secret"}
     assert load_config(None, environ, {}) == RigConfig()
 
 

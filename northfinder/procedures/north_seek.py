@@ -8,7 +8,8 @@ from drivers.errors import DriverError
 from northfinder.errors import AcquisitionError
 from northfinder.procedures.acquisition import collect, settle
 from northfinder.procedures.events import Estimate, Event, Progress, VisitCompleted
-from northfinder.procedures.planning import Plan, Prediction, predict
+from northfinder.procedures.plan import Plan
+from northfinder.procedures.planning import Prediction, predict
 from northfinder.procedures.reduction import NorthSeek, estimate_so_far, reduce_visits
 from northfinder.procedures.visits import PlannedVisit, Visit
 from northfinder.rig import Rig

@@ -34,7 +34,7 @@ from northfinder.estimators.harmonic import HarmonicFit, fit_harmonic
 from northfinder.estimators.solvers import SOLVERS, Method
 from northfinder.estimators.tilt import TiltEstimate, estimate_tilt
 from northfinder.estimators.uncertainty import AzimuthBudget, azimuth_budget
-from northfinder.procedures.planning import Plan, chosen_order, drift_order, systematic
+from northfinder.procedures.plan import Plan, chosen_order, drift_order, systematic
 from northfinder.procedures.visits import Visit
 from northfinder.samples import Samples
 from northfinder.units import DEG, DEG_PER_SQRT_HOUR
