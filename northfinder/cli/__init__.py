@@ -47,6 +47,8 @@ def main() -> None:
         _leave(2, sentence_of(error))
     except (NorthfinderError, DriverError) as error:
         _leave(1, sentence_of(error))
+    except OSError as error:  # a full disk, a pipe whose reader has gone
+        _leave(1, f"the operating system refused to go on: {error.strerror}")
     except Exception as error:  # the last resort: technicians are owed a sentence
         if sys.flags.dev_mode:
             raise
