@@ -145,7 +145,9 @@ def test_a_delay_that_shrinks_lets_no_byte_overtake_another() -> None:
             wire.faults.delay_s = delay_s
             far.send(bytes([byte]))
             await asyncio.sleep(0.01)
-        assert await everything(wire) == bytes(range(5))
+        data, arrival_s = await wire.link.read(1.0)
+        assert arrival_s == pytest.approx(0.3)
+        assert data + await everything(wire) == bytes(range(5))
         far.send(b"prompt")
         assert (await wire.link.read(0.0)).data == b"prompt"
 
