@@ -12,11 +12,11 @@ def flicker_covariance(
 ) -> FloatArray:
     """Covariance between the means over n windows under flicker noise, up to a constant.
 
-    The one-sided density ``B^2 / (2 pi f)`` has the autocovariance ``-B^2/(2 pi) ln|t|`` plus
-    a constant that diverges. The constant is common to all elements, so a combination whose
-    weights sum to zero (a and b: R is fitted) never sees it. Its Allan deviation is flat at
-    ``B sqrt(ln 2 / pi)`` = 0.470 B; IEEE Std 952, annex C reads the same density as two-sided
-    and has 0.664 B. With F'' = ln, F(x) = x^2/2 ln|x| - 3 x^2/4, and windows [s, e]:
+    IEEE Std 952's bias instability B has the two-sided density ``B^2 / (2 pi f)``: an Allan
+    deviation flat at ``B sqrt(2 ln 2 / pi)`` = 0.664 B, and the autocovariance
+    ``-B^2/pi ln|t|`` plus a constant that diverges. The constant is common to all elements, so
+    a combination whose weights sum to zero (a and b: R is fitted) never sees it. With
+    F'' = ln, F(x) = x^2/2 ln|x| - 3 x^2/4, and windows [s, e]:
 
         K_ij = -B^2/pi [F(e_i - s_j) - F(s_i - s_j) - F(e_i - e_j) + F(s_i - e_j)] / (w_i w_j)
 
