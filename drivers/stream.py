@@ -69,7 +69,8 @@ class SensorStream:
         self._decode = decode
         self._bring_up = bring_up
         self._counters = counters
-        self._listeners: set[_QueueListener] = set()
+        # A list: equal runs wake the listeners in equal order, which a set's would not be.
+        self._listeners: list[_QueueListener] = []
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -89,11 +90,11 @@ class SensorStream:
     async def listen(self) -> AsyncIterator[Listener]:
         """Receive every block published from now on."""
         listener = _QueueListener(self._name)
-        self._listeners.add(listener)
+        self._listeners.append(listener)
         try:
             yield listener
         finally:
-            self._listeners.discard(listener)
+            self._listeners.remove(listener)
 
     async def _run(self) -> None:
         while True:

@@ -125,6 +125,7 @@ def _statistics(visit: Visit) -> records.VisitStatistics:
         samples=len(visit.gyro),
         lost=visit.gyro.lost + visit.accelerometer.lost,
         start_s=visit.start_s,
+        turned_rad=visit.turned_rad,
     )
 
 
@@ -136,6 +137,7 @@ def _with_samples(store: records.Records, run_id: str, entry: records.VisitStati
         direction="back" if entry.direction == "back" else "out",
         angle_rad=entry.angle_rad,
         start_s=entry.start_s,
+        turned_rad=entry.turned_rad,
         gyro=samples["gyro"],
         accelerometer=samples["accelerometer"],
     )

@@ -11,6 +11,7 @@ from northfinder.procedures.events import Estimate, Event, Progress, VisitComple
 from northfinder.procedures.plan import Plan
 from northfinder.procedures.planning import Prediction, predict
 from northfinder.procedures.reduction import NorthSeek, estimate_so_far, reduce_visits
+from northfinder.procedures.turning import watch_turning
 from northfinder.procedures.visits import PlannedVisit, Visit
 from northfinder.rig import Rig
 from northfinder.units import DEG
@@ -83,20 +84,23 @@ async def _visit(rig: Rig, planned: PlannedVisit, prediction: Prediction, start_
 
 async def _measure(rig: Rig, planned: PlannedVisit, settle_s: float, start_s: float) -> Visit:
     """Turn to one angle, settle, and collect both axes over the same stretch of time."""
-    await rig.move_to(planned.angle_rad)
-    async with rig.gyro.sensor.listen() as rates, rig.accelerometer.sensor.listen() as forces:
-        begin_s = await settle(rig, rates, settle_s)
-        async with asyncio.TaskGroup() as both:
-            gyro = both.create_task(collect(rig.gyro, rates, begin_s, planned.dwell_s))
-            accelerometer = both.create_task(
-                collect(rig.accelerometer, forces, begin_s, planned.dwell_s)
-            )
+    async with watch_turning(rig.gyro.sensor) as meter:
+        await rig.move_to(planned.angle_rad)
+        async with rig.gyro.sensor.listen() as rates, rig.accelerometer.sensor.listen() as forces:
+            begin_s = await settle(rig, rates, settle_s)
+            turned_rad = meter.finish()
+            async with asyncio.TaskGroup() as both:
+                gyro = both.create_task(collect(rig.gyro, rates, begin_s, planned.dwell_s))
+                accelerometer = both.create_task(
+                    collect(rig.accelerometer, forces, begin_s, planned.dwell_s)
+                )
     return Visit(
         index=planned.index,
         segment=0,
         direction=planned.direction,
         angle_rad=planned.angle_rad,
         start_s=begin_s - start_s,
+        turned_rad=turned_rad,
         gyro=gyro.result(),
         accelerometer=accelerometer.result(),
     )

@@ -124,6 +124,7 @@ def _visit_json(visit: Visit) -> JsonObject:
         "samples": len(visit.gyro),
         "lost": visit.gyro.lost + visit.accelerometer.lost,
         "start_s": visit.start_s,
+        "turned_deg": None if visit.turned_rad is None else visit.turned_rad / DEG,
     }
 
 

@@ -4,6 +4,7 @@ A live run and ``northfinder runs recompute`` call the same function, so the sam
 the identical result.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -32,6 +33,7 @@ from northfinder.estimators.checks import (
 from northfinder.estimators.drift import unmodelled_drift
 from northfinder.estimators.harmonic import HarmonicFit, fit_harmonic
 from northfinder.estimators.solvers import SOLVERS, Method
+from northfinder.estimators.table_check import check_table
 from northfinder.estimators.tilt import TiltEstimate, estimate_tilt
 from northfinder.estimators.uncertainty import AzimuthBudget, azimuth_budget
 from northfinder.procedures.plan import Plan, chosen_order, drift_order, systematic
@@ -94,6 +96,10 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Nor
         check_outliers(gyro),
         check_earth_rate(earth_rate),
         check_drift(gyro, solutions["coordinate_transform"]),
+        check_table(
+            [visit.angle_rad for visit in visits],
+            [math.nan if visit.turned_rad is None else visit.turned_rad for visit in visits],
+        ),
         check_tilt(tilt),
         check_latitude(latitude_rad),
         check_lost_samples(

@@ -31,6 +31,8 @@ class Visit:
         direction: On the way out or back.
         angle_rad: The table's, counter-clockwise from the index mark.
         start_s: From the start of the run to the first sample.
+        turned_rad: How far the gyro saw the table turn on the way here, counter-clockwise;
+            None where it cannot tell.
         gyro: rad/s.
         accelerometer: Standard gravities.
     """
@@ -40,6 +42,7 @@ class Visit:
     direction: Direction
     angle_rad: float
     start_s: float
+    turned_rad: float | None
     gyro: Samples
     accelerometer: Samples
 

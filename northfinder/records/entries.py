@@ -84,7 +84,8 @@ class VisitStatistics:
         accel_sigma_g: One standard deviation of that mean.
         samples: Gyro samples received.
         lost: Samples lost, of both streams.
-        start_s: Beginning of the measurement in loop time.
+        start_s: From the start of the run to the first sample.
+        turned_rad: How far the gyro saw the table turn on the way, None where it cannot tell.
 
     Raises:
         ValueError: A number is not finite.
@@ -101,6 +102,7 @@ class VisitStatistics:
     samples: int
     lost: int
     start_s: float
+    turned_rad: float | None
 
     def __post_init__(self) -> None:
         for name in _VISIT_NUMBERS:

@@ -97,6 +97,7 @@ class VisitRow(Base):
     samples: Mapped[int]
     lost: Mapped[int]
     start_s: Mapped[float]
+    turned_rad: Mapped[float | None]
 
 
 class SamplesRow(Base):

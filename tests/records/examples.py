@@ -29,6 +29,7 @@ def visit(index: int) -> VisitStatistics:
         samples=4,
         lost=1,
         start_s=7.5 * index,
+        turned_rad=None if index == 0 else 0.2618,
     )
 
 

@@ -42,6 +42,7 @@ def upgrade() -> None:
         sa.Column("samples", sa.Integer, nullable=False),
         sa.Column("lost", sa.Integer, nullable=False),
         sa.Column("start_s", sa.Double, nullable=False),
+        sa.Column("turned_rad", sa.Double, nullable=True),
         sa.PrimaryKeyConstraint("run_id", "index", name="pk_visits"),
         sa.ForeignKeyConstraint(["run_id"], ["runs.id"], name="fk_visits_run_id_runs"),
     )
