@@ -11,6 +11,7 @@ from drivers.interfaces import InertialSensor, Listener, SampleBlock
 
 _REST_S = 0.3  # the end of settling: what the gyro reads there is bias and Earth rate
 _SILENCE_S = 1.5
+_WIDEST_GAP_S = 0.05  # across a few lost frames the rate goes on evenly
 _LEAST_G, _MOST_G = 0.9, 1.1  # of a sensor that stands on a table
 
 
@@ -66,7 +67,7 @@ class TurnMeter:
         """Return the angle turned about the upward vertical, counter-clockwise positive.
 
         The gyro's own accelerometers tell which way is up. One without them cannot say which
-        way it turned, and the answer is None; so it is where samples are missing or invalid.
+        way it turned, and the answer is None; so it is where too many samples are missing.
         """
         self._finished = True
         if not self._blocks:
@@ -77,9 +78,10 @@ class TurnMeter:
         tick = np.concatenate([block.tick for block in self._blocks])[during]
         force_g = forces_g.mean(axis=0)
         length_g = float(np.linalg.norm(force_g))
-        if not _LEAST_G < length_g < _MOST_G or tick[-1] - tick[0] != len(tick) - 1:
+        widest_gap_s = float(np.max(np.diff(tick), initial=1)) * self._period_s
+        if not _LEAST_G < length_g < _MOST_G or widest_gap_s > _WIDEST_GAP_S:
             return None
         upward_rad_s = rate_rad_s @ (force_g / length_g)
         at_rest_rad_s = upward_rad_s[-max(1, round(_REST_S / self._period_s)) :].mean()
-        turned = float(np.sum(upward_rad_s - at_rest_rad_s)) * self._period_s
+        turned = float(np.trapezoid(upward_rad_s - at_rest_rad_s, tick)) * self._period_s
         return turned if np.isfinite(turned) else None
