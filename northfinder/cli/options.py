@@ -28,7 +28,7 @@ _RIG_OPTIONS: dict[str, tuple[str, str, str, str]] = {
         "simulation",
         "gyro_bias_instability_deg_h",
         "DEG/H",
-        "Flicker floor.",
+        "Bias instability B, IEEE Std 952.",
     ),
     "sim_accel_noise": (
         "simulation",
