@@ -35,6 +35,7 @@ from drivers.interfaces import (
     SampleBlock,
 )
 from drivers.kvh_dialogue import KvhDialogue
+from drivers.sample_account import SampleAccount
 from drivers.stream import SensorStream
 
 #: Slower ones look dead to the stream; 3600 and 5000 Hz do not fit through 921600 baud.
@@ -86,7 +87,8 @@ class Kvh:
         self._counters = Counters()
         self._decoder = KvhDecoder()
         self._dialogue = KvhDialogue(link, self._decoder)
-        self._clock = DeviceClock(_SEQUENCE_MODULUS, 1, self.sample_period_s)
+        clock = DeviceClock(_SEQUENCE_MODULUS, 1, self.sample_period_s)
+        self._account = SampleAccount(clock, self._counters)
         self._stream = SensorStream(
             link, f"KVH on {link.name}", self._decode, self._bring_up, self._counters
         )
@@ -102,8 +104,6 @@ class Kvh:
         self._temperature_unit = (0.0, 1.0)
         self._streaming = False
         self._after_break = False
-        self._tick = -1
-        self._discarded_bytes = 0
 
     @property
     def link_name(self) -> str:
@@ -263,17 +263,12 @@ class Kvh:
 
     def _place(self, frames: FrameBlock, arrival_s: float) -> tuple[IntArray, FloatArray]:
         """Return ticks and times, and count what came and what is missing."""
-        count = len(frames.records)
-        bytes_lost = self._decoder.discarded_bytes > self._discarded_bytes
-        self._discarded_bytes = self._decoder.discarded_bytes
+        discarded_bytes = self._decoder.discarded_bytes
         if self._after_break:
-            self._clock.restart(arrival_s - (count - 1) * self.sample_period_s)
-            self._after_break = bytes_lost = False
-        tick, time_s = self._clock.place(frames.sequence, arrival_s, bytes_lost=bytes_lost)
-        self._counters.frames += count
-        self._counters.lost += int(tick[-1]) - self._tick - count
-        self._tick = int(tick[-1])
-        return tick, time_s
+            first_s = arrival_s - (len(frames.records) - 1) * self.sample_period_s
+            self._account.restart(first_s, discarded_bytes)
+            self._after_break = False
+        return self._account.place(frames.sequence, arrival_s, discarded_bytes)
 
 
 def _model(frames: FrameBlock) -> str:

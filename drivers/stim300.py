@@ -35,6 +35,7 @@ from drivers.interfaces import (
     Role,
     SampleBlock,
 )
+from drivers.sample_account import SampleAccount
 from drivers.stim300_dialogue import Stim300Dialogue
 from drivers.stream import SensorStream
 
@@ -69,15 +70,14 @@ class Stim300:
         self._name = f"STIM300 on {link.name}"
         self._rate_hz = sample_rate_hz
         step = COUNTER_RATE_HZ // sample_rate_hz
-        self._clock = DeviceClock(COUNTER_MODULUS, step, 1 / sample_rate_hz)
         self._counters = Counters()
+        clock = DeviceClock(COUNTER_MODULUS, step, 1 / sample_rate_hz)
+        self._account = SampleAccount(clock, self._counters)
         self._stream = SensorStream(link, self._name, self._decode, self._bring_up, self._counters)
         self._dialogue = Stim300Dialogue(link, self._name, self.baudrate)
         self._identity = Identity("Safran", "STIM300", serial_number="")
         self._found: Configuration | None = None
         self._present: Configuration | None = None
-        self._discarded_bytes = 0
-        self._last_tick = -1
 
     @property
     def link_name(self) -> str:
@@ -148,8 +148,8 @@ class Stim300:
             await self._change_rate()
         model = f"STIM300 {part.number} {part.revision}"
         self._identity = Identity("Safran", model, f"N{serial.digits}", self._present.firmware)
-        self._discarded_bytes = dialogue.decoder.discarded_bytes
-        self._clock.restart(asyncio.get_running_loop().time())
+        now_s = asyncio.get_running_loop().time()
+        self._account.restart(now_s, dialogue.decoder.discarded_bytes)
 
     async def _change_rate(self) -> None:
         self._present = None  # until it is known what it is now, close puts the old rate back
@@ -185,9 +185,7 @@ class Stim300:
         blocks = [self._expected(event) for event in events]
         if not blocks:
             return None
-        bytes_lost = decoder.discarded_bytes > self._discarded_bytes
-        self._discarded_bytes = decoder.discarded_bytes
-        return self._samples(concatenate(blocks), chunk.arrival_s, bytes_lost=bytes_lost)
+        return self._samples(concatenate(blocks), chunk.arrival_s)
 
     def _expected(self, event: object) -> DataBlock:
         if self._present and isinstance(event, DataBlock) and event.layout == self._present.layout:
@@ -196,12 +194,10 @@ class Stim300:
         msg = f"{self._name} restarted; check its supply"
         raise TransportError(msg)
 
-    def _samples(self, block: DataBlock, arrival_s: float, *, bytes_lost: bool) -> SampleBlock:
+    def _samples(self, block: DataBlock, arrival_s: float) -> SampleBlock:
         assert self._present is not None  # noqa: S101  # blocks are only expected once it is known
-        tick, time_s = self._clock.place(block.counter, arrival_s, bytes_lost=bytes_lost)
-        self._counters.frames += len(block)
-        self._counters.lost += int(tick[-1]) - self._last_tick - len(block)
-        self._last_tick = int(tick[-1])
+        discarded_bytes = self._dialogue.decoder.discarded_bytes
+        tick, time_s = self._account.place(block.counter, arrival_s, discarded_bytes)
         force = block.layout.clusters.index("accelerometer")
         return SampleBlock(
             tick,
