@@ -1,7 +1,6 @@
 """A north-seek that is kept from its first moment: a visit is durable before the next begins."""
 
 import asyncio
-from typing import Any
 
 from northfinder import records, software
 from northfinder.config import RigConfig
@@ -9,13 +8,11 @@ from northfinder.errors import NorthfinderError
 from northfinder.formatting import sentence_of
 from northfinder.procedures import north_seek
 from northfinder.procedures.events import Event, VisitCompleted
-from northfinder.procedures.north_seek_json import north_seek_json
+from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
 from northfinder.procedures.reduction import reduce_visits
 from northfinder.procedures.visits import Visit
 from northfinder.rig import Rig
 from northfinder.validation import validated
-
-JsonObject = dict[str, Any]
 
 
 async def record_north_seek(

@@ -2,15 +2,18 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from drivers.interfaces import BoolArray, FloatArray, IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Samples:
     """One axis's samples of one visit, k of the ``expected``; the rest were lost on the way.
+
+    The statistics are worked out once: north so far is solved anew after each visit, from all.
 
     Attributes:
         tick: Sample number in the device's own count, wraps resolved, shape ``(k,)``.
@@ -44,17 +47,17 @@ class Samples:
         """Return how many samples never came."""
         return self.expected - len(self)
 
-    @property
+    @cached_property
     def invalid(self) -> int:
         """Return how many came but were not vouched for."""
         return len(self) - int(np.count_nonzero(self.valid))
 
-    @property
+    @cached_property
     def mean(self) -> float:
         """Return the mean of the valid samples."""
         return float(np.mean(self.value[self.valid]))
 
-    @property
+    @cached_property
     def sigma(self) -> float:
         """Return the standard error of that mean, by the scatter of the samples."""
         values = self.value[self.valid]

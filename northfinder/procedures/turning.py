@@ -8,9 +8,9 @@ import numpy as np
 
 from drivers.errors import DriverError
 from drivers.interfaces import InertialSensor, Listener, SampleBlock
+from northfinder.procedures.acquisition import SILENCE_S
 
 _REST_S = 0.3  # the end of settling: what the gyro reads there is bias and Earth rate
-_SILENCE_S = 1.5
 _WIDEST_GAP_S = 0.05  # across a few lost frames the rate goes on evenly
 _LEAST_G, _MOST_G = 0.9, 1.1  # of a sensor that stands on a table
 
@@ -32,7 +32,7 @@ async def watch_turning(sensor: InertialSensor) -> AsyncIterator["TurnMeter"]:
 async def _collect(listener: Listener, meter: "TurnMeter") -> None:
     try:
         while True:
-            meter.add(await listener.next(_SILENCE_S))
+            meter.add(await listener.next(SILENCE_S))
     except DriverError:
         # Whoever waits for this visit's samples hears the same and ends the run; a witness
         # who heard half tells nothing.
