@@ -66,8 +66,11 @@ class DeviceClock:
         self._epoch_s = self._previous_epoch_s = math.inf
 
     def _steps(self, counter: IntArray) -> IntArray:
+        counts = np.empty_like(counter)
+        np.subtract(counter[1:], counter[:-1], out=counts[1:])
         previous = self._counter if self._counter >= 0 else counter[0] - self._counts_per_sample
-        counts = np.diff(counter, prepend=previous) % self._modulus
+        counts[0] = counter[0] - previous
+        counts %= self._modulus
         counts[counts == 0] = self._modulus
         steps: IntArray = np.maximum(1, counts // self._counts_per_sample)
         return steps

@@ -186,11 +186,16 @@ class InertialSensor(Instrument, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TableState:
-    """The table at one moment; the angle is counter-clockwise seen from above."""
+    """The table at one moment; the angle is counter-clockwise seen from above.
+
+    ``fault`` is what it complains of, as a sentence: only ``observe`` reports it, all others
+    raise it.
+    """
 
     angle_rad: float
     moving: bool
     homed: bool
+    fault: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +219,16 @@ class Turntable(Instrument, Protocol):
         Raises:
             LinkTimeoutError: No answer.
             DeviceFaultError: It reports a fault.
+        """
+
+    async def observe(self) -> TableState:
+        """Look where the table is, at any time, also while a move is awaited.
+
+        A fault is reported, and neither raised nor acknowledged: it is the move's to tell.
+
+        Raises:
+            LinkTimeoutError: No answer.
+            TransportError: The link was cut.
         """
 
     async def home(self) -> TableState:

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import math
+from dataclasses import replace
 from typing import ClassVar, Self
 
 from drivers.codecs.zaber import (
@@ -10,22 +11,19 @@ from drivers.codecs.zaber import (
     NO_REFERENCE,
     NO_WARNING,
     SPEED_DATA,
-    WARNINGS,
     Rejection,
     Reply,
 )
 from drivers.errors import DeviceFaultError, DriverError, LinkTimeoutError, ProtocolError
 from drivers.interfaces import Counters, Identity, Link, MotionLimits, Role, TableState
 from drivers.zaber_dialogue import ZaberDialogue
+from drivers.zaber_faults import LATE, STOPPED, deg, fault_of, missed, require_reference
 
 _POLL_S = 0.05
 _MARGIN_S = 3.0
 _STOP_S = 10.0
 _HOMING_SHARE = 0.1  # of the full speed; the approach to the reference is slower
 _TOLERANCE_RAD = math.radians(0.01)
-
-#: Fault codes of our own, beside the flags and reasons of the manual.
-STOPPED, SHORT, LATE = "STOPPED", "SHORT", "LATE"
 
 
 class Zaber:
@@ -112,6 +110,19 @@ class Zaber:
         await self._raise_fault(reply, state)
         return state
 
+    async def observe(self) -> TableState:
+        """Look where the table is, at any time, also while a move is awaited.
+
+        A fault is reported, and neither raised nor acknowledged: it is the move's to tell.
+
+        Raises:
+            LinkTimeoutError: No answer.
+            TransportError: The link was cut.
+            ProtocolError: The answer is no number, however often asked.
+        """
+        reply, state = await self._ask()
+        return replace(state, fault=fault_of(reply.warning, state))
+
     async def home(self) -> TableState:
         """Find the reference; returns when at rest.
 
@@ -141,24 +152,24 @@ class Zaber:
         """
         stops = self._stops
         start = await self.state()
-        _require_reference(start)
-        what = f"the move to {_deg(angle_rad)}"
+        require_reference(start)
+        what = f"the move to {deg(angle_rad)}"
         await self._begin(f"move abs {round(angle_rad * self._microsteps_per_rad)}", stops)
         state = await self._rest(what, self._duration_s(abs(angle_rad - start.angle_rad)))
-        _require_reference(state)
+        require_reference(state)
         if abs(state.angle_rad - angle_rad) > _TOLERANCE_RAD:
             self._check_not_stopped(stops, state, what)
-            raise _missed(start.angle_rad, angle_rad, state.angle_rad)
+            raise missed(start.angle_rad, angle_rad, state.angle_rad)
         return state
 
     async def stop(self) -> None:
-        """Stop now; a move that is awaited meanwhile, or about to begin, fails.
+        """Stop now, whatever else is being asked; a move awaited, or about to begin, fails.
 
         Raises:
             LinkTimeoutError: The table did not confirm that it stands.
         """
         self._stops += 1
-        await self._dialogue.request("stop")
+        await self._dialogue.urge("stop")
         loop = asyncio.get_running_loop()
         deadline_s = loop.time() + _STOP_S
         while (await self._dialogue.request("")).busy:
@@ -223,7 +234,7 @@ class Zaber:
             if loop.time() >= deadline_s:
                 await self.stop()
                 msg = (
-                    f"The table still turned at {_deg(state.angle_rad)}, {timeout_s:.1f} s after"
+                    f"The table still turned at {deg(state.angle_rad)}, {timeout_s:.1f} s after"
                     f" {what} began, so it was stopped. Check its load and its speed settings."
                 )
                 raise DeviceFaultError(msg, LATE)
@@ -245,20 +256,14 @@ class Zaber:
 
     async def _raise_fault(self, reply: Reply, state: TableState) -> None:
         """Acknowledge a fault flag, so that the operator may resume, and raise it."""
-        flag = reply.warning
-        if not flag.startswith("F"):
-            return
-        await self._dialogue.request("warnings clear")
-        words = WARNINGS.get(flag, "a fault that the manual does not list")
-        msg = (
-            f"The table reports {flag}, {words}, at {_deg(state.angle_rad)}."
-            " Check for an obstruction and its power, then resume."
-        )
-        raise DeviceFaultError(msg, flag)
+        fault = fault_of(reply.warning, state)
+        if fault is not None:
+            await self._dialogue.request("warnings clear")
+            raise DeviceFaultError(fault, reply.warning)
 
     def _check_not_stopped(self, stops: int, state: TableState, what: str) -> None:
         if self._stops != stops:
-            msg = f"The table was stopped at {_deg(state.angle_rad)} during {what}."
+            msg = f"The table was stopped at {deg(state.angle_rad)} during {what}."
             raise DeviceFaultError(msg, STOPPED)
 
     def _duration_s(self, distance_rad: float) -> float:
@@ -272,23 +277,3 @@ class Zaber:
 
     def _not_open(self) -> RuntimeError:
         return RuntimeError(f"the table on {self._link_name} is not open yet")
-
-
-def _require_reference(state: TableState) -> None:
-    if not state.homed:
-        msg = (
-            "The table has lost its reference, so its angle is not known: it was restarted or"
-            " lost power. Home it, then resume."
-        )
-        raise DeviceFaultError(msg, NO_REFERENCE)
-
-
-def _missed(start_rad: float, target_rad: float, end_rad: float) -> DeviceFaultError:
-    short_rad = (target_rad - end_rad) * math.copysign(1.0, target_rad - start_rad)
-    side = "short of" if short_rad > 0 else "beyond"
-    msg = f"The table stopped {_deg(abs(short_rad))} {side} {_deg(target_rad)}."
-    return DeviceFaultError(f"{msg} Check for an obstruction, then resume.", SHORT)
-
-
-def _deg(angle_rad: float) -> str:
-    return f"{round(math.degrees(angle_rad), 2) + 0.0:g} deg"  # + 0.0: no "-0 deg"

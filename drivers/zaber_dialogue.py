@@ -1,7 +1,8 @@
 """One Zaber ASCII request and its reply at a time, over a link that may lose either."""
 
 import asyncio
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 
 from drivers.codecs.zaber import (
     MESSAGE_IDS,
@@ -107,6 +108,22 @@ class ZaberDialogue:
                 raise self._rejected(text, reply.data)
             await asyncio.sleep(_BUSY_POLL_S)
 
+    async def urge(self, text: str) -> Reply:
+        """Send a command at once, even while another awaits its reply, and then request it.
+
+        The request has to wait for its turn, up to a lost reply's deadline; the bytes have not.
+        Their own reply is passed over.
+
+        Raises:
+            LinkTimeoutError: No reply, however often asked.
+            TransportError: The link was cut.
+            DeviceFaultError: The command was rejected; carries the reason.
+        """
+        if self._lock.locked():
+            with self._telling_of(text):
+                await self._link.write(encode(self._command(text, axis=1)))
+        return await self.request(text)
+
     async def number(self, text: str, *, axis: int = 1) -> tuple[Reply, int]:
         """Send a query whose reply is an integer.
 
@@ -144,11 +161,19 @@ class ZaberDialogue:
         raise LinkTimeoutError(msg)
 
     async def _exchange(self, text: str, axis: int) -> Reply | None:
-        self._message_id = (self._message_id + 1) % MESSAGE_IDS
-        command = Command(text, self._device, axis, self._message_id)
-        try:
+        command = self._command(text, axis)
+        with self._telling_of(text):
             await self._link.write(encode(command))
             return await self._await_reply(command)
+
+    def _command(self, text: str, axis: int) -> Command:
+        self._message_id = (self._message_id + 1) % MESSAGE_IDS
+        return Command(text, self._device, axis, self._message_id)
+
+    @contextlib.contextmanager
+    def _telling_of(self, text: str) -> Iterator[None]:
+        try:
+            yield
         except TransportError as error:
             msg = (
                 f"The connection to the table was cut during {_named(text)} ({error})."

@@ -1,118 +1,287 @@
 """A north-seek that is kept from its first moment: a visit is durable before the next begins."""
 
 import asyncio
+from collections import deque
+from collections.abc import Callable, Coroutine
+from typing import Any, Literal
 
 from northfinder import records, software
-from northfinder.config import RigConfig
-from northfinder.errors import NorthfinderError
 from northfinder.formatting import sentence_of
 from northfinder.procedures import north_seek
-from northfinder.procedures.events import Event, VisitCompleted
-from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
-from northfinder.procedures.reduction import reduce_visits
+from northfinder.procedures.events import (
+    Estimate,
+    Event,
+    Paused,
+    Progress,
+    Resumed,
+    SegmentOpened,
+    VisitCompleted,
+)
+from northfinder.procedures.gate import Gate
+from northfinder.procedures.north_seek_json import (
+    JsonObject,
+    estimate_json,
+    north_seek_json,
+    progress_json,
+    visit_json,
+)
 from northfinder.procedures.visits import Visit
+from northfinder.replay import Past, frame, past_of, plan_of, require_same_bench
 from northfinder.rig import Rig
-from northfinder.validation import validated
+
+Publish = Callable[[records.RunEvent], None]
+Ending = Literal["aborted", "interrupted"]
+_Job = Callable[[], Coroutine[Any, Any, None]]
 
 
-async def record_north_seek(
-    rig: Rig, plan: north_seek.Plan, writer: records.Writer, watch: north_seek.Emit
-) -> JsonObject:
-    """Run a north-seek on an open rig, and return its result as it is recorded.
+async def begin(
+    rig: Rig,
+    plan: north_seek.Plan,
+    writer: records.Writer,
+    publish: Publish,
+    idempotency: records.Idempotency | None = None,
+) -> "RecordedRun":
+    """Record a queued run on an open rig; nothing moves yet.
 
-    Whatever ends the run is in the record: completed, aborted by cancellation, or failed with
-    the reason; every completed visit stays.
+    Raises:
+        ConfigError: The plan cannot be carried out on this rig.
+        RecordsError: It cannot be recorded.
+    """
+    prediction = north_seek.predict(plan, rig)
+    run = await writer.create_run(_new_run(rig, prediction, idempotency))
+    return RecordedRun(rig, run, prediction.plan, writer, publish, None)
+
+
+def resume(
+    rig: Rig, store: records.Records, run: records.Run, writer: records.Writer, publish: Publish
+) -> "RecordedRun":
+    """Prepare to carry a failed or interrupted run on; nothing moves yet.
+
+    Raises:
+        ConfigError: The bench is not configured, or not equipped, as it was.
+        NorthfinderError: The run is no north-seek.
+        RecordsError: Its samples are damaged, or the records cannot be used.
+    """
+    require_same_bench(rig, run)
+    return RecordedRun(rig, run, plan_of(run), writer, publish, past_of(store, run))
+
+
+class RecordedRun:
+    """One run on a rig and its record.
+
+    Attributes:
+        id: The run's.
+        gate: Where it can be paused.
+        cancelled_as: What the run becomes when the task that carries it out is cancelled.
 
     Args:
         rig: The open rig.
-        plan: What to measure.
+        run: As recorded so far.
+        plan: What to measure, with nothing left open.
         writer: The records' writer.
-        watch: Receives every event, after what it carries is durable.
-
-    Raises:
-        NorthfinderError: The run failed; the record says so too.
+        publish: Receives every event once it is durable.
+        past: Of an earlier life, where the run is resumed.
     """
-    plan = north_seek.predict(plan, rig).plan
-    new = _new_run(rig, plan)
-    run_id = await writer.create_run(new)
 
-    async def emit(event: Event) -> None:
-        if isinstance(event, VisitCompleted):
-            visit = event.visit
-            await writer.add_visit(
-                run_id,
-                _statistics(visit),
-                {"gyro": visit.gyro, "accelerometer": visit.accelerometer},
+    def __init__(  # noqa: PLR0913, PLR0917 -- a run is where these six meet
+        self,
+        rig: Rig,
+        run: records.Run,
+        plan: north_seek.Plan,
+        writer: records.Writer,
+        publish: Publish,
+        past: Past | None,
+    ) -> None:
+        self.id = run.id
+        self.gate = Gate()
+        self.cancelled_as: Ending = "aborted"
+        self._rig = rig
+        self._run = run
+        self._plan = plan
+        self._writer = writer
+        self._publish = publish
+        self._past = past
+        self._progress = run.progress
+        self._unwritten: deque[_Job] = deque()
+        self._draining: asyncio.Task[None] | None = None
+
+    @property
+    def settled(self) -> bool:
+        """Return whether everything that happened is in the records."""
+        return not self._unwritten
+
+    async def carry_out(self) -> JsonObject:
+        """Measure, solve, and return the result as it is recorded.
+
+        Whatever ends the run is in the record: completed, what :attr:`cancelled_as` says, or
+        failed with the reason; every completed visit stays.
+
+        Raises:
+            NorthfinderError: The run failed; the record says so too.
+            RecordsError: The records failed; :meth:`settle` writes the rest once they are back.
+        """
+        try:
+            await self._enter_running()
+            done, elapsed_s = self._past or ((), 0.0)
+            seek = await north_seek.run(
+                self._rig, self._plan, self._emit, done=done, elapsed_s=elapsed_s, gate=self.gate
             )
-        await watch(event)
+        except asyncio.CancelledError:
+            await self._write(lambda: self._change_state(self.cancelled_as))
+            raise
+        except Exception as error:
+            reason = sentence_of(error)
+            await self._write(lambda: self._fail(reason))
+            raise
+        return await self._finish(seek)
 
-    try:
-        await writer.set_state(run_id, "running")
-        seek = await north_seek.run(rig, plan, emit)
-    except asyncio.CancelledError:
-        await writer.set_state(run_id, "aborted")
-        raise
-    except Exception as error:
-        await writer.fail(run_id, sentence_of(error))
-        raise
-    # The devices once more, for their counters have counted since.
-    rig_after = {**new.rig, "devices": rig.devices()}
-    result = {**_frame(run_id, new, "completed"), "rig": rig_after, **north_seek_json(seek)}
-    await writer.finish(run_id, result)
-    return result
+    async def settle(self) -> None:
+        """Write what the records could not take when it happened, in its order.
+
+        Raises:
+            RecordsError: They still cannot.
+        """
+        while self._unwritten or self._draining is not None:
+            draining = self._drain()
+            # Whoever is cancelled here leaves the task to the next call: it goes on, and nothing
+            # is written twice.
+            await asyncio.wait([draining])
+            self._draining = None
+            draining.result()
+
+    def warn(self, message: str) -> None:
+        """Add a warning to the run's events."""
+        self._tell("warning", {"message": message})
+
+    async def _write(self, job: _Job) -> None:
+        """Write, after all that was told before, and wait until it is durable."""
+        self._unwritten.append(job)
+        await self.settle()
+
+    def _tell(
+        self, event: records.EventName, data: JsonObject, so_far: JsonObject | None = None
+    ) -> None:
+        """Write an event while the run goes on; where that fails, the next visit hears of it."""
+        progress = self._progress
+
+        async def tell() -> None:
+            told = self._writer.add_event(self.id, event, data, progress=progress, headline=so_far)
+            self._publish(await told)
+
+        self._unwritten.append(tell)
+        self._drain()
+
+    def _drain(self) -> "asyncio.Task[None]":
+        """Return the task that writes what is unwritten; one that failed is for `settle`."""
+        draining = self._draining
+        if draining is None or (draining.done() and draining.exception() is None):
+            draining = asyncio.create_task(self._write_all(), name=f"records of run {self.id}")
+            self._draining = draining
+        return draining
+
+    async def _write_all(self) -> None:
+        while self._unwritten:
+            try:
+                await self._unwritten[0]()
+            except records.IllegalStepError:  # no later attempt could succeed
+                self._unwritten.popleft()
+                raise
+            self._unwritten.popleft()
+
+    async def _enter_running(self) -> None:
+        if self._past is None:
+            await self._change_state("running")
+        else:
+            self._publish(await self._writer.resume(self.id))
+
+    async def _change_state(self, state: records.SettableState) -> None:
+        self._publish(await self._writer.set_state(self.id, state))
+
+    async def _fail(self, reason: str) -> None:
+        for event in await self._writer.fail(self.id, reason):
+            self._publish(event)
+
+    async def _finish(self, seek: north_seek.NorthSeek) -> JsonObject:
+        # The devices once more, for their counters have counted since.
+        rig_after = {**self._run.rig, "devices": self._rig.devices()}
+        result = {
+            **frame(self._run, "completed"),
+            "rig": rig_after,
+            **north_seek_json(seek),
+        }
+
+        async def write() -> None:
+            for event in await self._writer.finish(self.id, result, headline(result)):
+                self._publish(event)
+
+        await self._write(write)
+        return result
+
+    async def _emit(self, event: Event) -> None:
+        match event:
+            case VisitCompleted(visit=visit):
+                await self._write(lambda: self._keep_visit(visit))
+            case Progress():
+                self._progress = event.fraction
+                self._tell("progress", progress_json(event))
+            case Estimate():
+                data = estimate_json(event)
+                self._tell("estimate", data, headline(data))
+            case SegmentOpened():
+                self._tell("warning", {"message": event.sentence()})
+            case Paused():
+                await self._write(lambda: self._change_state("paused"))
+            case Resumed():
+                await self._write(lambda: self._change_state("running"))
+
+    async def _keep_visit(self, visit: Visit) -> None:
+        samples: dict[records.Stream, Any] = {
+            "gyro": visit.gyro,
+            "accelerometer": visit.accelerometer,
+        }
+        event = await self._writer.add_visit(
+            self.id, _statistics(visit), samples, visit_json(visit), self._progress
+        )
+        self._publish(event)
 
 
-def recompute(store: records.Records, run_id: str) -> JsonObject:
-    """Compute a recorded run's result again from its stored samples.
-
-    Raises:
-        RecordsError: No such run, or its samples are damaged.
-        NorthfinderError: It is no north-seek, or its visits do not determine north.
-    """
-    run = store.run(run_id)
-    if run.kind != "north-seek":
-        msg = f"run {run.id} is of the kind {run.kind}: only a north-seek can be recomputed"
-        raise NorthfinderError(msg)
-    config = validated(RigConfig, run.rig["config"], f"run {run.id}")
-    plan = validated(north_seek.Plan, run.plan, f"run {run.id}")
-    visits = [_with_samples(store, run.id, entry) for entry in store.visits(run.id)]
-    result = north_seek_json(reduce_visits(visits, plan, config))
-    rig_after = run.result["rig"] if run.result is not None else run.rig
-    return {**_frame(run.id, run, run.state), "rig": rig_after, **result}
+def headline(result: JsonObject) -> JsonObject:
+    """Return what a list of runs shows of a result, or of an estimate so far."""
+    checks = result["checks"]
+    statuses = [check["status"] for check in checks]
+    return {
+        "azimuth_deg": result["azimuth_deg"],
+        "azimuth_sigma_deg": result["azimuth_sigma_deg"],
+        "checks": {status: statuses.count(status) for status in ("pass", "warn", "fail")},
+        "attention": [check["name"] for check in checks if check["status"] != "pass"],
+    }
 
 
-def _new_run(rig: Rig, plan: north_seek.Plan) -> records.NewRun:
-    unlimited_speed = {"simulation": {"speed"}}  # of no consequence, and infinity is no JSON
-    config = rig.config.model_dump(mode="json", by_alias=True, exclude=unlimited_speed)
+def _new_run(
+    rig: Rig, prediction: north_seek.Prediction, idempotency: records.Idempotency | None
+) -> records.NewRun:
+    # Of no consequence, and infinity is no JSON; nobody's business, and a password may be in it.
+    config = rig.config.model_dump(
+        mode="json", by_alias=True, exclude={"simulation": {"speed"}, "database": True}
+    )
     return records.NewRun(
         kind="north-seek",
         rig_name=rig.config.site.name,
-        plan=plan.model_dump(mode="json"),
+        plan=prediction.plan.model_dump(mode="json"),
+        prediction=prediction.to_json(),
         site={**config["site"], "gravity_g": rig.config.site.gravity_g},
         rig={"config": config, "devices": rig.devices()},
         simulation=None if rig.simulation is None else rig.simulation.truth(),
         software=dict(software.description()),
+        idempotency=idempotency,
     )
-
-
-def _frame(run_id: str, run: records.NewRun | records.Run, state: records.State) -> JsonObject:
-    """Return what surrounds the numbers of a result; it comes from the record alone."""
-    return {
-        "kind": run.kind,
-        "state": state,
-        "run_id": run_id,
-        "plan": run.plan,
-        "site": run.site,
-        "rig": run.rig,
-        "simulation": run.simulation,
-        "software": run.software,
-    }
 
 
 def _statistics(visit: Visit) -> records.VisitStatistics:
     return records.VisitStatistics(
         index=visit.index,
         segment=visit.segment,
+        repeats=visit.repeats,
         direction=visit.direction,
         angle_rad=visit.angle_rad,
         gyro_mean_rad_s=visit.gyro.mean,
@@ -123,18 +292,4 @@ def _statistics(visit: Visit) -> records.VisitStatistics:
         lost=visit.gyro.lost + visit.accelerometer.lost,
         start_s=visit.start_s,
         turned_rad=visit.turned_rad,
-    )
-
-
-def _with_samples(store: records.Records, run_id: str, entry: records.VisitStatistics) -> Visit:
-    samples = store.samples(run_id, entry.index)
-    return Visit(
-        index=entry.index,
-        segment=entry.segment,
-        direction="back" if entry.direction == "back" else "out",
-        angle_rad=entry.angle_rad,
-        start_s=entry.start_s,
-        turned_rad=entry.turned_rad,
-        gyro=samples["gyro"],
-        accelerometer=samples["accelerometer"],
     )

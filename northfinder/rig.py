@@ -1,7 +1,8 @@
 """A rig: a turntable and the two sensing axes on it. Procedures see nothing else of the bench."""
 
+from collections.abc import Mapping
 from contextlib import AsyncExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal, Protocol, Self
 
 import numpy as np
@@ -18,9 +19,15 @@ from drivers.interfaces import (
 )
 from northfinder.config import RigConfig
 
+JsonObject = dict[str, Any]
+
 
 class Simulation(Protocol):
-    """What only a simulated rig has: a world that must be started, and its truth."""
+    """What only a simulated rig has: a world that must be started, its truth and its faults.
+
+    Truth and faults may be changed while it runs, on the rig's loop. Keys are those of the
+    configuration's ``[simulation]`` and of the service, angles in degrees.
+    """
 
     async def start(self) -> None:
         """Power the simulated devices up."""
@@ -28,8 +35,28 @@ class Simulation(Protocol):
     async def stop(self) -> None:
         """Power them down."""
 
-    def truth(self) -> dict[str, Any]:
-        """Return the world's settings, degrees, for the record."""
+    def truth(self) -> JsonObject:
+        """Return the world's settings as they are now, for the record; all but the speed."""
+
+    def change(self, settings: Mapping[str, Any]) -> JsonObject:
+        """Change some settings at once, and return all of them.
+
+        Raises:
+            ConfigError: An unknown or fixed one, or out of its limits; nothing has changed then.
+        """
+
+    def faults(self) -> dict[str, JsonObject]:
+        """Return the faults of each simulated device by its role."""
+
+    def set_faults(self, device: str, given: Mapping[str, Any]) -> dict[str, JsonObject]:
+        """Set some faults of a device at once, and return all faults of all devices.
+
+        Raises:
+            ConfigError: No such device or fault, or out of its limits; nothing has changed then.
+        """
+
+    def clear_faults(self) -> dict[str, JsonObject]:
+        """Mend everything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +99,13 @@ class Rig:
         gyro: The axis that feels the Earth's rate.
         accelerometer: The axis that feels the tilt; its sensor may be the gyro's.
         simulation: Present where a link is simulated.
+
+    Attributes:
+        config: As given; follows what is changed of the simulation.
+        gyro: As given, with the noise that the simulation has now.
+        accelerometer: The same.
+        target_rad: Where the table is turning to, counter-clockwise seen from above; None while
+            no move is under way.
     """
 
     def __init__(
@@ -82,6 +116,7 @@ class Rig:
         accelerometer: SensingAxis,
         simulation: Simulation | None,
     ) -> None:
+        self.target_rad: float | None = None
         self.config = config
         self.gyro = gyro
         self.accelerometer = accelerometer
@@ -106,6 +141,11 @@ class Rig:
         await self._open.aclose()
 
     @property
+    def name(self) -> str:
+        """Return the name of its site."""
+        return self.config.site.name
+
+    @property
     def motion_limits(self) -> MotionLimits:
         """Return how fast the table turns."""
         return self._turntable.limits
@@ -114,20 +154,27 @@ class Rig:
         """Ask where the table is, counter-clockwise seen from above."""
         return self._seen_from_above(await self._turntable.state())
 
+    async def observe_table(self) -> TableState:
+        """Look where the table is while whatever it does goes on; a fault is only reported."""
+        return self._seen_from_above(await self._turntable.observe())
+
     async def home(self) -> TableState:
         """Find the table's reference."""
         return self._seen_from_above(await self._turntable.home())
 
     async def move_to(self, angle_rad: float) -> TableState:
         """Turn the table to an angle counter-clockwise seen from above and wait for it."""
-        target_rad = self._direction * angle_rad
-        return self._seen_from_above(await self._turntable.move_to(target_rad))
+        self.target_rad = angle_rad
+        try:
+            return self._seen_from_above(await self._turntable.move_to(self._direction * angle_rad))
+        finally:
+            self.target_rad = None
 
     async def stop(self) -> None:
         """Stop the table now."""
         await self._turntable.stop()
 
-    def devices(self) -> list[dict[str, Any]]:
+    def devices(self) -> list[JsonObject]:
         """Describe each instrument for the record: role, driver, link, identity, counters."""
         roles: list[tuple[str, str, Instrument]] = [
             ("turntable", self.config.turntable.driver, self._turntable),
@@ -152,4 +199,4 @@ class Rig:
         return [self._turntable, *sensors]
 
     def _seen_from_above(self, state: TableState) -> TableState:
-        return TableState(self._direction * state.angle_rad, state.moving, state.homed)
+        return replace(state, angle_rad=self._direction * state.angle_rad)

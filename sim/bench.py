@@ -78,14 +78,29 @@ class Bench:
         The rate is the mean over the period that ends at each time: the table's part by its
         angle's difference, so that turning integrates exactly.
         """
-        edges = np.concatenate([time_s[:1] - period_s, time_s])
-        angle = self._direction * self.plate.angle_rad(edges)
-        middle = (angle[1:] + angle[:-1]) / 2 + mounting.angle_rad
-        rate = _along(middle, self._earth_rate_t)
-        rate[:, 2] += np.diff(angle) / period_s
-        force = _along(middle, self._specific_force_t)
         axes = mounting.body_axes()
+        first_s = float(time_s[0]) - period_s
+        resting_rad = self.plate.resting_rad(first_s)
+        if resting_rad is not None:  # as nearly always: then all samples are the same
+            standing = np.array([self._direction * resting_rad + mounting.angle_rad])
+            rate, force = self._along(standing)
+            count = len(time_s)
+            return np.repeat(rate @ axes.T, count, axis=0), np.repeat(force @ axes.T, count, axis=0)
+        angle = self._direction * self.plate.angle_rad(np.concatenate([[first_s], time_s]))
+        rate, force = self._along((angle[1:] + angle[:-1]) / 2 + mounting.angle_rad)
+        rate[:, 2] += (angle[1:] - angle[:-1]) / period_s
         return rate @ axes.T, force @ axes.T
+
+    def _along(self, angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Resolve Earth rate and gravity along (right, sensing, up) at each angle, ``(k, 3)``."""
+        cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+        vectors_t = self._earth_rate_t, self._specific_force_t
+        felt = np.empty((2, len(angle_rad), 3))
+        for (x, y, z), along in zip(vectors_t, felt, strict=True):
+            along[:, 0] = cos * x + sin * y
+            along[:, 1] = cos * y - sin * x
+            along[:, 2] = z
+        return felt[0], felt[1]
 
 
 class BenchSensor:
@@ -111,10 +126,3 @@ class BenchSensor:
         rate += self.gyro_noise.sample(time_s, period_s)
         force += self.accelerometer_noise.sample(time_s, period_s)
         return Felt(rate, force, np.full(len(time_s), _ROOM_DEG_C))
-
-
-def _along(angle_rad: FloatArray, vector_t: FloatArray) -> FloatArray:
-    """Resolve a table vector along (right, sensing, up) at each angle, shape ``(k, 3)``."""
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    x, y, z = vector_t
-    return np.stack([cos * x + sin * y, cos * y - sin * x, np.full_like(cos, z)], axis=1)

@@ -1,4 +1,4 @@
-"""Event loops whose time is virtual or scaled; drivers and procedures only ever ask the loop."""
+"""Event loops whose time is virtual, paced or scaled; drivers and procedures only ask the loop."""
 
 import asyncio
 import math
@@ -12,6 +12,7 @@ from typing import Any, TypeVar, TypeVarTuple
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
 _Ready = list[tuple[selectors.SelectorKey, int]]
+_LONGEST_LAG_S = 0.2  # by the wall: of ordinary jitter, which is made good so that the pace holds
 
 
 class _JumpingSelector(selectors.DefaultSelector):
@@ -68,6 +69,62 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
         self._jumping.pending_jobs -= 1
 
 
+class _PacedSelector(selectors.DefaultSelector):
+    """Wait for the wall where time is ahead of it; where it is behind, step without waiting.
+
+    ``_now_s`` should be ``_anchor_s`` plus ``speed`` times the wall's seconds since
+    ``_anchor_wall_s``. It never exceeds that, and never passes a deadline that is still to come.
+    """
+
+    def __init__(self, speed: float) -> None:
+        super().__init__()
+        self.now_s = 0.0
+        self._speed = speed
+        self._anchor_s, self._anchor_wall_s = 0.0, time.monotonic()
+
+    def select(self, timeout: float | None = None) -> _Ready:
+        self._forget_a_long_stall()
+        deadline_s = math.inf if timeout is None else self.now_s + timeout
+        wait_s = None if timeout is None else max(0.0, deadline_s - self._due_s()) / self._speed
+        ready = super().select(wait_s)
+        # After waiting in full, the deadline itself: how late the wake-up was is lag.
+        reached_s = self._due_s() if ready or timeout is None else deadline_s
+        self.now_s = max(self.now_s, min(reached_s, deadline_s))
+        return ready
+
+    def _due_s(self) -> float:
+        """Return what time it should be by the wall."""
+        return self._anchor_s + (time.monotonic() - self._anchor_wall_s) * self._speed
+
+    def _forget_a_long_stall(self) -> None:
+        """Let time go on from where it stands: catching up would run everything too fast."""
+        if self._due_s() - self.now_s > _LONGEST_LAG_S * self._speed:
+            self._anchor_s, self._anchor_wall_s = self.now_s, time.monotonic()
+
+
+class PacedTimeLoop(asyncio.SelectorEventLoop):
+    """Event loop whose time runs ``speed`` times as fast as the wall's, deadline by deadline.
+
+    Time advances only while the loop waits, never past the next deadline. So a process that
+    stalls (a busy machine, another thread that keeps the interpreter) makes time lag, in order;
+    it does not make a second of device time pass unseen, in which every deadline fails although
+    nothing is wrong. A short lag is made good, a long one forgotten.
+
+    Time goes on while thread jobs are pending, as it does with hardware.
+
+    Args:
+        speed: Multiple of real time, finite and positive.
+    """
+
+    def __init__(self, speed: float) -> None:
+        self._paced = _PacedSelector(speed)
+        super().__init__(self._paced)
+
+    def time(self) -> float:
+        """Return paced seconds since the loop was made."""
+        return self._paced.now_s
+
+
 class _ScaledSelector(selectors.DefaultSelector):
     def __init__(self, speed: float) -> None:
         super().__init__()
@@ -78,7 +135,7 @@ class _ScaledSelector(selectors.DefaultSelector):
 
 
 class ScaledTimeLoop(asyncio.SelectorEventLoop):
-    """Event loop whose time runs ``speed`` times as fast as the wall's."""
+    """Event loop whose time is the wall's, ``speed`` times as fast: for whom others talk to."""
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
@@ -91,8 +148,8 @@ class ScaledTimeLoop(asyncio.SelectorEventLoop):
 
 
 def loop_factory(speed: float) -> Callable[[], AbstractEventLoop]:
-    """Choose the loop for a speed: infinite is virtual time, any other a multiple of real time."""
-    return VirtualTimeLoop if math.isinf(speed) else lambda: ScaledTimeLoop(speed)
+    """Choose a simulation's loop: infinite speed is virtual time, any other is paced."""
+    return VirtualTimeLoop if math.isinf(speed) else lambda: PacedTimeLoop(speed)
 
 
 def run_virtual(main: Coroutine[Any, Any, T]) -> T:

@@ -37,6 +37,11 @@ class Ringing:
         """Return the undamped natural frequency in rad/s."""
         return _TURN_RAD * self.frequency_hz
 
+    @property
+    def lasts_s(self) -> float:
+        """Return for how long it can be told from standing still, to a double's last bit."""
+        return -math.log(math.ulp(1.0) / 8) / (self.damping_ratio * self.omega_rad_s)
+
     def deflection_rad(self, acceleration_rad_s2: float) -> float:
         """Return the deflection that is released when a deceleration ends."""
         return self.share * acceleration_rad_s2 / self.omega_rad_s**2
@@ -97,6 +102,16 @@ class Plate:
         """Return whether the last motion was, or is going to be, blocked where it ends."""
         return self._stalled
 
+    @property
+    def blocked_rad(self) -> float | None:
+        """Return where an obstacle stands, if one does."""
+        return self._block_rad
+
+    @property
+    def short_rad(self) -> float:
+        """Return how much before its target every move ends."""
+        return self._short_rad
+
     def angle_rad(self, time_s: FloatArray) -> FloatArray:
         """Return the angle at each time, counter-clockwise from above, no wrap.
 
@@ -109,6 +124,13 @@ class Plate:
         turned = angle + elapsed * (rate + elapsed * acceleration / 2)
         settled: FloatArray = turned + released * step
         return settled
+
+    def resting_rad(self, from_s: float) -> float | None:
+        """Return the angle at which the plate stands, motionless since that time; else None."""
+        rest = self._segments[-1]
+        if from_s < rest.start_s + self._ringing.lasts_s:
+            return None
+        return rest.angle_rad + rest.released_rad
 
     def rate_rad_s(self, time_s: FloatArray) -> FloatArray:
         """Return the angle's derivative at each time; a stall ends it abruptly."""

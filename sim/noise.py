@@ -1,5 +1,6 @@
 """Seeded sensor noise: white, bias, drift, bias instability and random walk."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,8 @@ class NoiseLevels:
 
     Attributes:
         white_sqrt_s: The mean over T seconds has sigma ``white_sqrt_s / sqrt(T)``.
-        bias: Constant offset.
-        drift_per_s: Offset that grows with time since power-up.
+        bias: Offset at power-up, or since it was last changed.
+        drift_per_s: By how much the offset grows with time since then.
         bias_instability: B of IEEE Std 952: the Allan deviation is flat at 0.664 B.
         random_walk_per_sqrt_s: The offset walks by this times sqrt(T).
     """
@@ -36,25 +37,50 @@ class SensorNoise:
     """The error of a three-axis sensor as it goes forward in time.
 
     Args:
-        levels: May be replaced while running: a technician tries what noise does.
+        levels: At power-up.
         random: The generator; equal seeds and equal calls give equal noise, bit for bit.
     """
 
     def __init__(self, levels: NoiseLevels, random: Generator) -> None:
-        self.levels = levels
+        self._levels = levels
         self._random = random
         self._walk = np.zeros(3)
         self._markov = random.standard_normal((len(_TIME_CONSTANTS_S), 3))
-        self._start_s: float | None = None
+        self._drifted = 0.0
+        self._drifting_since_s = math.nan  # until the first sample
+        self._last_s = math.nan
+
+    @property
+    def levels(self) -> NoiseLevels:
+        """How it errs; may be replaced while running: a technician tries what noise does.
+
+        A new bias is the offset from now on, whatever the old one had drifted to. A new drift
+        alone goes on from where the offset has got to: a sensor that warms up faster does not
+        jump.
+        """
+        return self._levels
+
+    @levels.setter
+    def levels(self, levels: NoiseLevels) -> None:
+        before, self._levels = self._levels, levels
+        if math.isnan(self._last_s):
+            return
+        if levels.bias != before.bias:
+            self._drifted, self._drifting_since_s = 0.0, self._last_s
+        elif levels.drift_per_s != before.drift_per_s:
+            self._drifted += before.drift_per_s * (self._last_s - self._drifting_since_s)
+            self._drifting_since_s = self._last_s
 
     def sample(self, time_s: FloatArray, period_s: float) -> FloatArray:
         """Return the errors of consecutive samples, each the mean over one period, ``(k, 3)``."""
-        if self._start_s is None:
-            self._start_s = float(time_s[0]) - period_s
-        levels, shape = self.levels, (len(time_s), 3)
+        if math.isnan(self._last_s):
+            self._drifting_since_s = float(time_s[0]) - period_s
+        self._last_s = float(time_s[-1])
+        levels, shape = self._levels, (len(time_s), 3)
         error: FloatArray = self._random.standard_normal(shape)
         error *= levels.white_sqrt_s / np.sqrt(period_s)
-        error += levels.bias + levels.drift_per_s * (time_s - self._start_s)[:, np.newaxis]
+        drifting_s = (time_s - self._drifting_since_s)[:, np.newaxis]
+        error += levels.bias + self._drifted + levels.drift_per_s * drifting_s
         if levels.random_walk_per_sqrt_s:
             steps = self._random.standard_normal(shape) * np.sqrt(period_s)
             walk = self._walk + levels.random_walk_per_sqrt_s * np.cumsum(steps, axis=0)

@@ -79,6 +79,13 @@ class World:
         """Return the faults of a device's wire; set them at any time."""
         return self._wires[name].faults
 
+    def change(self, truth: Truth, gyro: NoiseLevels, accelerometer: NoiseLevels) -> None:
+        """Set the bench down elsewhere, or let its sensors err otherwise, while they run."""
+        self.bench.truth = truth
+        for sensor in self.sensors.values():
+            sensor.gyro_noise.levels = gyro
+            sensor.accelerometer_noise.levels = accelerometer
+
     async def start(self) -> None:
         """Power every device up."""
         self._tasks = [

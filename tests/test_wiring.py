@@ -1,5 +1,6 @@
 """From a configuration to a rig: drivers by name, ports, axes, and which time it lives in."""
 
+import contextlib
 import math
 from typing import Any
 
@@ -7,8 +8,8 @@ import pytest
 
 from northfinder.config import RigConfig
 from northfinder.errors import ConfigError
-from northfinder.wiring import build_rig, event_loop, serving_loop
-from sim.clock import VirtualTimeLoop
+from northfinder.wiring import build_rig, event_loop, serving_loop, with_speed
+from sim.clock import PacedTimeLoop, ScaledTimeLoop, VirtualTimeLoop
 from tests.procedures.rigs import SHORT, config_of, seek, sigmas_off
 
 HARDWARE: dict[str, dict[str, Any]] = {
@@ -113,10 +114,24 @@ def test_a_table_that_counts_clockwise_finds_the_same_north() -> None:
 
 
 def test_a_simulated_rig_lives_in_virtual_time_and_hardware_in_the_walls() -> None:
-    loop = event_loop(RigConfig(), math.inf)()
-    assert isinstance(loop, VirtualTimeLoop)
-    loop.close()
-    event_loop(config_of(**HARDWARE, simulation={"speed": 1.0}), math.inf)().close()
+    chosen = {
+        VirtualTimeLoop: event_loop(RigConfig(), math.inf),
+        PacedTimeLoop: event_loop(config_of(simulation={"speed": 20.0}), math.inf),
+        ScaledTimeLoop: event_loop(config_of(**HARDWARE, simulation={"speed": 1.0}), math.inf),
+    }
+    for kind, factory in chosen.items():
+        with contextlib.closing(factory()) as loop:
+            assert type(loop) is kind
+    with contextlib.closing(serving_loop(RigConfig())()) as loop:
+        assert type(loop) is ScaledTimeLoop
+
+
+@pytest.mark.parametrize(
+    ("sections", "speed"),
+    [({}, 20.0), ({"simulation": {"speed": 3.0}}, 3.0), (HARDWARE, 1.0)],
+)
+def test_a_speed_is_filled_in_where_none_is_given(sections: dict[str, Any], speed: float) -> None:
+    assert with_speed(config_of(**sections), 20.0).simulation.speed == speed
 
 
 @pytest.mark.parametrize("speed", [2.0, math.inf])

@@ -172,20 +172,25 @@ def encode_data(block: DataBlock, *, terminated: bool) -> list[bytes]:
         block: Values within their wire's 24, 16 or 8 bits.
         terminated: Whether CR LF follows each.
     """
-    k = len(block)
-    columns = [
-        np.full((k, 1), block.layout.identifier, np.uint8),
-        np.dstack([_bytes_of(block.values, 3), block.status]).reshape(k, -1),
-        np.dstack([_bytes_of(block.temperatures, 2), block.temperature_status]).reshape(k, -1),
-        np.dstack([_bytes_of(block.auxiliary[..., None], 3), block.auxiliary_status]).reshape(
-            k, -1
-        ),
-        block.counter[:, None],
-        _bytes_of(block.latency_us[:, None, None], 2).reshape(k, 2),
-    ]
-    bodies = [row.tobytes() for row in np.hstack(columns).astype(np.uint8)]
-    end = TERMINATION if terminated else b""
-    return [body + crc_of(body) + end for body in bodies]
+    k, c, t = len(block), len(block.layout.clusters), block.temperatures.shape[1]
+    size = block.layout.size - CRC_SIZE
+    raw = np.zeros((k, size + -size % 4), np.uint8)  # padded as it is hashed
+    ends = np.cumsum([1, 10 * c, 7 * t, 4 * int(block.layout.auxiliary)])
+    clusters = raw[:, ends[0] : ends[1]].reshape(k, c, 10)
+    temperatures = raw[:, ends[1] : ends[2]].reshape(k, t, 7)
+    raw[:, 0] = block.layout.identifier
+    clusters[..., :9] = _bytes_of(block.values, 3)
+    clusters[..., 9] = block.status
+    temperatures[..., :6] = _bytes_of(block.temperatures, 2)
+    temperatures[..., 6] = block.temperature_status
+    if block.layout.auxiliary:
+        raw[:, ends[2] : ends[3] - 1] = _bytes_of(block.auxiliary[..., None], 3)[:, 0]
+        raw[:, ends[3] - 1] = block.auxiliary_status[:, 0]
+    raw[:, ends[3]] = block.counter
+    raw[:, ends[3] + 1 : size] = _bytes_of(block.latency_us[:, None, None], 2)[:, 0]
+    hashed, end = raw.tobytes(), TERMINATION if terminated else b""
+    bodies = [hashed[start : start + raw.shape[1]] for start in range(0, len(hashed), raw.shape[1])]
+    return [body[:size] + crc_of(body) + end for body in bodies]
 
 
 def _signed_24(raw: NDArray[np.uint8]) -> IntArray:

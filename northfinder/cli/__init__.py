@@ -9,6 +9,7 @@ from drivers.errors import DriverError
 from northfinder.cli.bench import bench
 from northfinder.cli.runs import runs
 from northfinder.cli.seek import plan_command, seek
+from northfinder.cli.serve import serve
 from northfinder.cli.simulate import sim
 from northfinder.errors import ConfigError, NorthfinderError
 from northfinder.formatting import sentence_of
@@ -27,7 +28,7 @@ def cli() -> None:
     """Find true north with a gyro and an accelerometer on an indexing turntable."""
 
 
-for command in (seek, plan_command, sim, runs, bench):
+for command in (seek, plan_command, serve, sim, runs, bench):
     cli.add_command(command)
 
 

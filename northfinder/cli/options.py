@@ -15,6 +15,8 @@ from northfinder.validation import validated
 
 Command = Callable[..., Any]
 
+AS_FAST_AS_IT_GOES = float("inf")
+
 # Option name: section and key of the configuration, unit or type, help.
 _RIG_OPTIONS: dict[str, tuple[str, str, str, str]] = {
     "latitude": ("site", "latitude_deg", "DEG", "Geodetic latitude, north positive."),

@@ -8,10 +8,9 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.text import Text
 
 from northfinder.formatting import azimuth_with_uncertainty, duration
-from northfinder.procedures import events
-from northfinder.units import DEG
+from northfinder.records import RunEvent
 
-_NORTH_SIGMA_LIMIT_RAD = 90.0 * DEG  # beyond it, any direction would do
+_NORTH_SIGMA_LIMIT_DEG = 90.0  # beyond it, any direction would do
 
 
 class LiveProgress:
@@ -40,23 +39,24 @@ class LiveProgress:
         if self._shown:
             self._live.stop()
 
-    async def show(self, event: events.Event) -> None:
+    def show(self, event: RunEvent) -> None:
         """Take one event of the run."""
-        match event:
-            case events.Progress(fraction=fraction, left_s=left_s, doing=doing):
-                left = f"{duration(left_s)} left"
-                self._bar.update(self._task, completed=fraction, description=doing, left=left)
-            case events.Estimate(azimuth_rad=azimuth_rad, sigma_rad=sigma_rad):
-                self._north = Text(_north_so_far(azimuth_rad, sigma_rad), style="bold")
-            case events.VisitCompleted():
-                pass
+        data = event.data
+        if event.event == "progress":
+            left = f"{duration(data['left_s'])} left"
+            self._bar.update(
+                self._task, completed=data["progress"], description=data["doing"], left=left
+            )
+        elif event.event == "estimate":
+            north = _north_so_far(data["azimuth_deg"], data["azimuth_sigma_deg"])
+            self._north = Text(north, style="bold")
 
     def _lines(self) -> RenderableType:
         return Group(self._bar.make_tasks_table(self._bar.tasks), self._north)
 
 
-def _north_so_far(azimuth_rad: float, sigma_rad: float) -> str:
-    if not sigma_rad < _NORTH_SIGMA_LIMIT_RAD:
+def _north_so_far(azimuth_deg: float, sigma_deg: float) -> str:
+    if not sigma_deg < _NORTH_SIGMA_LIMIT_DEG:
         return "north so far: any direction"
-    north = azimuth_with_uncertainty(azimuth_rad / DEG, 2 * sigma_rad / DEG)
+    north = azimuth_with_uncertainty(azimuth_deg, 2 * sigma_deg)
     return f"north so far: azimuth {north} deg (2 sigma)"

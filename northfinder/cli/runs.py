@@ -1,20 +1,37 @@
 """``northfinder runs``: the records."""
 
+import asyncio
 import json
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
 
 import click
 
 from northfinder.cli.display import plain_table, print_result, table_console
-from northfinder.cli.options import json_option, records_options
+from northfinder.cli.options import (
+    AS_FAST_AS_IT_GOES,
+    database_option,
+    database_url,
+    json_option,
+    records_options,
+    rig_options,
+)
+from northfinder.cli.progress import LiveProgress
+from northfinder.config import RigConfig
 from northfinder.errors import NorthfinderError
 from northfinder.formatting import azimuth_with_uncertainty
-from northfinder.recording import recompute as recompute_run
-from northfinder.records import Records, Run
+from northfinder.recording import resume as resume_run
+from northfinder.records import Records, Run, RunSummary, Writer
+from northfinder.records.export import file_name, samples_csv, samples_parquet, visits_csv
+from northfinder.replay import recompute as recompute_run
+from northfinder.report.certificate import certificate
+from northfinder.wiring import build_rig, event_loop
 
 
 @click.group()
 def runs() -> None:
-    """List, show and recompute recorded runs."""
+    """List, show, export, certify, recompute and resume recorded runs."""
 
 
 @runs.command("list", short_help="List the newest runs.")
@@ -22,9 +39,9 @@ def runs() -> None:
 @click.option("--limit", type=click.IntRange(1, 10_000), default=20, help="How many, newest first.")
 @json_option
 def list_runs(url: str, limit: int, *, as_json: bool) -> None:
-    """List the newest runs."""
+    """List the newest runs, of every rig that shares the records."""
     with Records.open(url) as store:
-        found = store.runs(limit=limit)
+        found = store.page(limit).runs
     if as_json:
         click.echo(json.dumps([_summary(run) for run in found]))
         return
@@ -82,25 +99,124 @@ def recompute(run_id: str, url: str, *, as_json: bool) -> None:
         raise NorthfinderError(msg)
 
 
+#: What can be exported, by suffix of the file: the part's name and how it is written.
+_EXPORTS: dict[str, tuple[str, Callable[[Records, str], Iterable[bytes]]]] = {
+    "csv": ("samples", samples_csv),
+    "parquet": ("samples", samples_parquet),
+    "visits": ("visits", visits_csv),
+    "json": ("result", lambda store, run_id: iter([_result_json(store.run(run_id))])),
+}
+
+
+@runs.command(short_help="Write samples, visits or result to a file.")
+@click.argument("run_id")
+@click.option(
+    "--format",
+    "kind",
+    type=click.Choice(list(_EXPORTS)),
+    default="csv",
+    help="Raw samples as csv or parquet, visits as csv, the result as json.",
+)
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="By default named after the run, here; - is stdout.",
+)
+@records_options
+def export(run_id: str, kind: str, output: Path | None, url: str) -> None:
+    """Write a run's raw samples, visits or result to a file."""
+    part, write = _EXPORTS[kind]
+    with Records.open(url) as store:
+        run = store.run(run_id)
+        suffix = "csv" if kind == "visits" else kind
+        _write(output or Path(file_name(run, part, suffix)), write(store, run.id))
+
+
+@runs.command(short_help="Write a run's certificate.")
+@click.argument("run_id")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="By default named after the run, here; - is stdout.",
+)
+@records_options
+def report(run_id: str, output: Path | None, url: str) -> None:
+    """Write a run's certificate: one HTML file, complete in itself, to print or to keep."""
+    with Records.open(url) as store:
+        run = store.run(run_id)
+        estimates = [event.data for event in _events(store, run.id) if event.event == "estimate"]
+        page = certificate(run, store.visits(run.id), estimates, store.samples_sha256(run.id))
+    _write(output or Path(file_name(run, "certificate", "html")), iter([page.encode()]))
+
+
+@runs.command(short_help="Carry a stopped run on.")
+@click.argument("run_id")
+@rig_options
+@database_option
+@json_option
+def resume(run_id: str, config: RigConfig, database: str | None, *, as_json: bool) -> None:
+    """Carry a failed or interrupted run on, in a new segment, once nothing proves to have moved."""
+    with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
+        result = runner.run(_resume(run_id, config, database_url(database, config)))
+    if as_json:
+        click.echo(json.dumps(result))
+    else:
+        print_result(table_console(), result)
+
+
+async def _resume(run_id: str, config: RigConfig, url: str) -> dict[str, Any]:
+    with Records.open(url) as store, LiveProgress() as progress:
+        run = store.run(run_id)
+        async with Writer(store) as writer, build_rig(config) as rig:
+            await writer.interrupt_abandoned(rig.name)
+            return await resume_run(rig, store, run, writer, progress.show).carry_out()
+
+
+def _events(store: Records, run_id: str) -> Iterator[Any]:
+    after = 0
+    while events := store.events(run_id, after):
+        yield from events
+        after = events[-1].seq
+
+
+def _result_json(run: Run) -> bytes:
+    if run.result is None:
+        msg = f"run {run.id} is {run.state} and has no result; export its samples or its visits"
+        raise NorthfinderError(msg)
+    return json.dumps(run.result, indent=2).encode() + b"\n"
+
+
+def _write(path: Path, pieces: Iterable[bytes]) -> None:
+    to_stdout = str(path) == "-"
+    with click.open_file(str(path), "wb") as file:
+        file.writelines(pieces)
+    if not to_stdout:
+        click.echo(f"written to {path}")
+
+
 def _say(sentence: str, *, as_json: bool) -> None:
     if not as_json:
         click.echo(sentence)
 
 
-def _summary(run: Run) -> dict[str, object]:
+def _summary(run: RunSummary) -> dict[str, object]:
+    headline = run.headline or {}
     return {
         "run_id": run.id,
         "kind": run.kind,
-        "rig": run.rig_name,
+        "rig_name": run.rig_name,
         "state": run.state,
         "created": run.created_utc.isoformat(),
-        "azimuth_deg": run.result and run.result["azimuth_deg"],
-        "azimuth_sigma_deg": run.result and run.result["azimuth_sigma_deg"],
+        "azimuth_deg": headline.get("azimuth_deg"),
+        "azimuth_sigma_deg": headline.get("azimuth_sigma_deg"),
         "error": run.error,
     }
 
 
-def _azimuth(run: Run) -> str:
-    if run.result is None:
+def _azimuth(run: RunSummary) -> str:
+    if run.headline is None:
         return "-"
-    return azimuth_with_uncertainty(run.result["azimuth_deg"], 2 * run.result["azimuth_sigma_deg"])
+    headline = run.headline
+    return azimuth_with_uncertainty(headline["azimuth_deg"], 2 * headline["azimuth_sigma_deg"])

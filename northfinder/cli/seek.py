@@ -8,6 +8,7 @@ import click
 
 from northfinder.cli.display import print_prediction, print_result, table_console
 from northfinder.cli.options import (
+    AS_FAST_AS_IT_GOES,
     database_option,
     database_url,
     json_option,
@@ -17,11 +18,9 @@ from northfinder.cli.options import (
 from northfinder.cli.progress import LiveProgress
 from northfinder.config import RigConfig
 from northfinder.procedures.north_seek import Plan, predict
-from northfinder.recording import record_north_seek
+from northfinder.recording import begin
 from northfinder.records import Records, Writer
 from northfinder.wiring import build_rig, event_loop
-
-AS_FAST_AS_IT_GOES = float("inf")
 
 
 @click.command(short_help="Find true north once.")
@@ -45,7 +44,8 @@ def seek(config: RigConfig, plan: Plan, database: str | None, *, as_json: bool) 
 async def _seek(config: RigConfig, plan: Plan, url: str) -> dict[str, Any]:
     with Records.open(url) as store, LiveProgress() as progress:
         async with Writer(store) as writer, build_rig(config) as rig:
-            return await record_north_seek(rig, plan, writer, progress.show)
+            run = await begin(rig, plan, writer, progress.show)
+            return await run.carry_out()
 
 
 @click.command("plan", short_help="Say what a north-seek would take; move nothing.")

@@ -4,6 +4,7 @@ False alarms of the statistical checks by noise alone: a warning in about 1000 r
 the 3-sigma ones), a failure in about a million. What none of them can see is in docs/theory.md.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,6 +21,8 @@ from northfinder.estimators.tilt import TiltEstimate
 from northfinder.units import ARCMIN, DEG, DEG_PER_HOUR, HOUR
 
 Status = Literal["pass", "warn", "fail"]
+Sensor = Literal["gyro", "accelerometer"]
+NoiseSource = Literal["given", "seen within the visits"]
 
 WARN_PROBABILITY = 1e-3
 FAIL_PROBABILITY = 1e-6
@@ -45,7 +48,10 @@ class Check:
 
 
 def check_residuals(
-    fit: HarmonicFit, within_visit_sigma: ArrayLike, sensor: Literal["gyro", "accelerometer"]
+    fit: HarmonicFit,
+    sigma: ArrayLike,
+    source: NoiseSource,
+    sensor: Sensor,
 ) -> Check:
     """Compare the scatter between visits with the sigma given, or with that within the visits.
 
@@ -54,19 +60,18 @@ def check_residuals(
 
     Args:
         fit: One revolution's fit.
-        within_visit_sigma: Sigma of each visit's mean by the scatter of its samples, scalar or
-            ``(n,)``; used where the fit had no sigma given.
+        sigma: Of each visit's mean, scalar or ``(n,)``.
+        source: Where that sigma comes from.
         sensor: Whose fit it is.
     """
     name = "residuals" if sensor == "gyro" else "accelerometer residuals"
-    sigma = np.asarray(within_visit_sigma if fit.design.sigma is None else fit.design.sigma)
+    sigma = np.asarray(sigma, dtype=np.float64)
     if fit.dof == 0 or not np.all(sigma > 0.0):
         why = "no degrees of freedom" if fit.dof == 0 else "a visit whose samples do not scatter"
         return Check(
             name, "warn", f"The {sensor}'s noise could not be judged: {why}; measure more visits."
         )
     chi2 = float(np.sum((fit.residuals / sigma) ** 2))
-    source = "seen within the visits" if fit.design.sigma is None else "given"
     ratio = f"{np.sqrt(chi2 / fit.dof):.2f} times the sigma {source}"
     text = f"The {sensor}'s visits scatter {ratio} (chi-square {chi2:.1f}, {fit.dof} dof)"
     excess, lack = float(chdtrc(fit.dof, chi2)), float(chdtr(fit.dof, chi2))
@@ -100,8 +105,13 @@ def studentised_residuals(fit: HarmonicFit) -> FloatArray:
     return t
 
 
-def check_outliers(fit: HarmonicFit) -> Check:
-    """Look for one visit that does not belong, the limit widened for the number of visits."""
+def check_outliers(fit: HarmonicFit, visit: Sequence[int]) -> Check:
+    """Look for one visit that does not belong, the limit widened for the number of visits.
+
+    Args:
+        fit: The gyro's.
+        visit: Which visit each reading is of, counted from 0.
+    """
     n = len(fit.design.angle_rad)
     if fit.dof < 2:
         return Check("outliers", "pass", f"{n} visits are too few to tell an outlier.")
@@ -111,10 +121,10 @@ def check_outliers(fit: HarmonicFit) -> Check:
         float(student_quantile(1.0 - p / (2 * n), fit.dof - 1))
         for p in (WARN_PROBABILITY, FAIL_PROBABILITY)
     )
-    angle_deg = fit.design.angle_rad[worst] / DEG
+    where = f"visit {visit[worst] + 1} at {fit.design.angle_rad[worst] / DEG:g} deg"
     text = (
-        f"The largest residual, visit {worst + 1} at {angle_deg:g} deg, is {t[worst]:.1f} times "
-        f"the scatter of the others (limit {warn:.1f})"
+        f"The largest residual, {where}, is {t[worst]:.1f} times the scatter of the others "
+        f"(limit {warn:.1f})"
     )
     if t[worst] <= warn:
         return Check("outliers", "pass", f"{text}.")
@@ -145,7 +155,8 @@ def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
     """
     terms = unmodelled_drift(fit)
     if not terms:
-        return Check("drift", "pass", f"Drift up to order {fit.design.drift_order} is fitted.")
+        highest = max(fit.design.drift_orders)
+        return Check("drift", "pass", f"Drift up to order {highest} is fitted.")
     seen = ", ".join(
         f"{('linear', 'quadratic')[term.order - 1]} {abs(float(term.z)):.1f} sigma"
         for term in terms
@@ -170,10 +181,13 @@ def check_drift(fit: HarmonicFit, solution: AzimuthSolution) -> Check:
 
 
 def _fitted_drift(fit: HarmonicFit) -> str:
-    if fit.design.drift_order == 0:
+    slopes_deg_h2 = [
+        float(terms.drift[0]) * HOUR / DEG_PER_HOUR for terms in fit.segments if len(terms.drift)
+    ]
+    if not slopes_deg_h2:
         return ""
-    slope_deg_h2 = float(fit.segments[0].drift[0]) * HOUR / DEG_PER_HOUR
-    return f"A linear drift of {slope_deg_h2:.3g} deg/h per h is fitted. "
+    slopes = " and ".join(f"{slope:.3g}" for slope in slopes_deg_h2)
+    return f"A linear drift of {slopes} deg/h per h is fitted. "
 
 
 def check_tilt(tilt: TiltEstimate) -> Check:

@@ -8,6 +8,7 @@ Columns stand in the order R, a, b and drift of the first segment, then R and dr
 further one.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,13 +32,13 @@ class HarmonicDesign:
         time_s: Time of each reading, ``(n,)``, or None.
         segment: Which segment, counted from 0, each reading belongs to, ``(n,)``.
         labels: The caller's label of each segment, ascending.
-        drift_order: Degree of the drift polynomial of each segment.
+        drift_orders: Degree of the drift polynomial of each segment, in the labels' order.
         sigma: Standard deviation of each reading, ``(n,)``; None where it is not known.
         matrix: The model, ``(n, p)``.
         gain: Parameters from readings, ``parameters = gain @ y``, ``(p, n)``.
         unit_covariance: Covariance of the parameters for weights as given, ``(p, p)``.
-        complement: Weighted directions that the model leaves free, ``(n, n - p)``:
-            ``chi2 = |complement.T @ y|^2``, without cancellation.
+        basis: Orthonormal directions of the weighted model, ``(n, p)``; what is orthogonal to
+            them is left free. Thin on purpose: the free directions themselves would be n x n.
         leverage: Diagonal of the hat matrix, ``(n,)``.
     """
 
@@ -45,12 +46,12 @@ class HarmonicDesign:
     time_s: FloatArray | None
     segment: IntArray
     labels: tuple[int, ...]
-    drift_order: int
+    drift_orders: tuple[int, ...]
     sigma: FloatArray | None
     matrix: FloatArray
     gain: FloatArray
     unit_covariance: FloatArray
-    complement: FloatArray
+    basis: FloatArray
     leverage: FloatArray
 
     @property
@@ -64,12 +65,16 @@ class HarmonicDesign:
         """Whitening weights ``1 / sigma``, ones where sigma is not known, ``(n,)``."""
         return np.ones_like(self.angle_rad) if self.sigma is None else 1.0 / self.sigma
 
+    def free(self, weighted: FloatArray) -> FloatArray:
+        """Return the part of weighted readings that the model cannot imitate, ``(..., n)``."""
+        left: FloatArray = weighted - (weighted @ self.basis) @ self.basis.T
+        return left
+
     def segment_columns(self, index: int) -> list[int]:
         """Return the columns of R and drift of the segment counted from 0."""
-        if index == 0:
-            return [0, *range(3, 3 + self.drift_order)]
-        start = 3 + self.drift_order + (index - 1) * (1 + self.drift_order)
-        return list(range(start, start + 1 + self.drift_order))
+        start = 2 + index + sum(self.drift_orders[:index])
+        drift = list(range(start + 1, start + 1 + self.drift_orders[index]))
+        return [start if index else 0, *drift]  # a and b stand behind the first R
 
     def centred_time_s(self) -> FloatArray:
         """Return the time since the middle (the mean) of each reading's segment, ``(n,)``.
@@ -99,7 +104,7 @@ def harmonic_design(
     angle_rad: ArrayLike,
     sigma: ArrayLike | None = None,
     time_s: ArrayLike | None = None,
-    drift_order: int = 0,
+    drift_order: int | Sequence[int] = 0,
     segment: ArrayLike | None = None,
 ) -> HarmonicDesign:
     """Prepare the weighted least squares of readings at any set of angles.
@@ -108,7 +113,8 @@ def harmonic_design(
         angle_rad: Table angle plus mount angle of each reading, shape ``(n,)``.
         sigma: Standard deviation of the readings, scalar or ``(n,)``; None: not known, equal.
         time_s: Time of each reading, ``(n,)``; needed for a drift.
-        drift_order: Degree of the drift polynomial, 0 for none.
+        drift_order: Degree of the drift polynomial, 0 for none; of every segment, or one for
+            each in ascending order of their labels.
         segment: Integer label of each reading; each segment has its own R and drift.
 
     Raises:
@@ -122,11 +128,12 @@ def harmonic_design(
     sigmas = None if sigma is None else _sigmas(sigma, angle.size)
     time = None if time_s is None else _per_reading("time_s", time_s, angle.size)
     labels, index = _segments(segment, angle.size)
-    matrix, scale = _model(angle, time, index, len(labels), drift_order)
+    orders = _drift_orders(drift_order, len(labels), timed=time is not None)
+    matrix, scale = _model(angle, time, index, orders)
     _check_determined(angle, matrix)
     weight = np.ones(angle.size) if sigmas is None else 1.0 / sigmas
     solved = _solve(matrix, weight, scale, angle)
-    return HarmonicDesign(angle, time, index, labels, drift_order, sigmas, matrix * scale, *solved)
+    return HarmonicDesign(angle, time, index, labels, orders, sigmas, matrix * scale, *solved)
 
 
 def _per_reading(name: str, values: ArrayLike, n: int) -> FloatArray:
@@ -159,6 +166,20 @@ def _segments(segment: ArrayLike | None, n: int) -> tuple[tuple[int, ...], IntAr
     return tuple(int(label) for label in labels), index.astype(np.int64)
 
 
+def _drift_orders(
+    drift_order: int | Sequence[int], segments: int, *, timed: bool
+) -> tuple[int, ...]:
+    each = drift_order if isinstance(drift_order, Sequence) else [drift_order] * segments
+    orders = tuple(each)
+    if len(orders) != segments:
+        msg = f"drift_order names {len(orders)} segments, but there are {segments}"
+        raise ValueError(msg)
+    if min(orders) < 0 or (max(orders) > 0 and not timed):
+        msg = f"drift_order is {drift_order}: it must be 0, or positive together with time_s"
+        raise ValueError(msg)
+    return orders
+
+
 def _centred(time_s: FloatArray, segment: IntArray) -> FloatArray:
     mean_s = np.bincount(segment, time_s) / np.bincount(segment)
     centred: FloatArray = time_s - mean_s[segment]
@@ -166,21 +187,18 @@ def _centred(time_s: FloatArray, segment: IntArray) -> FloatArray:
 
 
 def _model(
-    angle: FloatArray, time: FloatArray | None, segment: IntArray, segments: int, drift_order: int
+    angle: FloatArray, time: FloatArray | None, segment: IntArray, drift_orders: Sequence[int]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the model with time in units of half a segment, and what scales its columns back."""
-    if drift_order < 0 or (drift_order > 0 and time is None):
-        msg = f"drift_order is {drift_order}: it must be 0, or positive together with time_s"
-        raise ValueError(msg)
     tau = np.zeros_like(angle) if time is None else _centred(time, segment)
     span = float(np.abs(tau).max()) or 1.0
     columns, scale = [], []
-    for index in range(segments):
+    for index, order in enumerate(drift_orders):
         inside = (segment == index).astype(np.float64)
         harmonics = [np.cos(angle), np.sin(angle)] if index == 0 else []
-        drifts = [inside * (tau / span) ** k for k in range(1, drift_order + 1)]
+        drifts = [inside * (tau / span) ** k for k in range(1, order + 1)]
         columns += [inside, *harmonics, *drifts]
-        scale += [1.0] * (1 + len(harmonics)) + [span**k for k in range(1, drift_order + 1)]
+        scale += [1.0] * (1 + len(harmonics)) + [span**k for k in range(1, order + 1)]
     return np.column_stack(columns), np.array(scale)
 
 
@@ -204,11 +222,10 @@ def _check_determined(angle: FloatArray, matrix: FloatArray) -> None:
 def _solve(
     matrix: FloatArray, weight: FloatArray, scale: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return gain, unit covariance, complement and leverage of the weighted least squares."""
+    """Return gain, unit covariance, basis and leverage of the weighted least squares."""
     whitened = matrix * weight[:, np.newaxis]
     length = np.linalg.norm(whitened, axis=0)
-    p = matrix.shape[1]
-    u, s, vt = np.linalg.svd(whitened / np.where(length > 0.0, length, 1.0))
+    u, s, vt = np.linalg.svd(whitened / np.where(length > 0.0, length, 1.0), full_matrices=False)
     if s[-1] <= _RANK_TOLERANCE * s[0]:
         msg = (
             f"the angles {_in_degrees(angle)} with these segments and times do not determine R, "
@@ -216,9 +233,8 @@ def _solve(
         )
         raise EstimationError(msg)
     root = vt.T / s / (length * scale)[:, np.newaxis]
-    gain = root @ u[:, :p].T * weight
-    complement = u[:, p:] * weight[:, np.newaxis]
-    return gain, root @ root.T, complement, np.sum(u[:, :p] ** 2, axis=1)
+    gain = root @ u.T * weight
+    return gain, root @ root.T, u, np.sum(u**2, axis=1)
 
 
 def _in_degrees(angle: FloatArray) -> str:

@@ -67,20 +67,21 @@ def unmodelled_drift(fit: HarmonicFit) -> tuple[DriftTerm, ...]:
         fit: The gyro's fit, with the time of each reading.
 
     Returns:
-        Terms of ascending order; none where the fit has a quadratic drift already.
+        Terms of ascending order, beyond the highest that any segment has fitted; none where one
+        has a quadratic drift already.
 
     Raises:
         ValueError: The readings carry no time.
     """
-    orders = range(fit.design.drift_order + 1, HIGHEST_ORDER + 1)
+    orders = range(max(fit.design.drift_orders) + 1, HIGHEST_ORDER + 1)
     if not orders:
         return ()
     time_s = fit.design.centred_time_s()
     span_s = float(np.abs(time_s).max()) or 1.0
-    columns = np.stack([(time_s / span_s) ** k for k in orders], axis=1)
-    seen = fit.design.complement.T @ columns
+    columns = np.stack([(time_s / span_s) ** k for k in orders]) * fit.design.weight
+    seen = fit.design.free(columns).T
     freedom = float("inf") if fit.sigma_known else fit.dof - len(orders)
-    if freedom < 1 or not _independent(seen, columns * fit.design.weight[:, np.newaxis]):
+    if freedom < 1 or not _independent(seen, columns):
         coefficients = np.zeros((*fit.chi2.shape, len(orders)))
         sigmas = np.full_like(coefficients, np.inf)
     else:
@@ -98,8 +99,6 @@ def unmodelled_drift(fit: HarmonicFit) -> tuple[DriftTerm, ...]:
 
 
 def _independent(seen: FloatArray, whole: FloatArray) -> bool:
-    if seen.shape[0] < seen.shape[1]:
-        return False
     smallest = np.linalg.svd(seen, compute_uv=False)[-1]
     return bool(smallest > _RANK_TOLERANCE * np.linalg.norm(whole))
 
@@ -108,7 +107,7 @@ def _regress(fit: HarmonicFit, seen: FloatArray) -> tuple[FloatArray, FloatArray
     """Return coefficients and sigmas from the free directions of the readings, ``(..., m)``."""
     q, r = np.linalg.qr(seen)
     inverse = np.linalg.inv(r)
-    free = fit.reading @ fit.design.complement
+    free = fit.design.free(fit.reading * fit.design.weight)
     coefficients = free @ q @ inverse.T
     unit_sigma = np.sqrt(np.sum(inverse**2, axis=1))
     if fit.sigma_known:

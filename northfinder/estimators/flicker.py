@@ -37,11 +37,12 @@ def flicker_covariance(
         msg = f"every visit needs a positive duration; the shortest is {duration.min():g} s"
         raise ValueError(msg)
     end = start + duration
+    across = _twice_integrated_log(np.subtract.outer(end, start))  # F is even
     coupling = (
-        _twice_integrated_log(np.subtract.outer(end, start))
+        across
+        + across.T
         - _twice_integrated_log(np.subtract.outer(start, start))
         - _twice_integrated_log(np.subtract.outer(end, end))
-        + _twice_integrated_log(np.subtract.outer(start, end))
     )
     covariance: FloatArray = (
         -(bias_instability**2) / np.pi * coupling / np.multiply.outer(duration, duration)

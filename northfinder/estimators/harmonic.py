@@ -3,6 +3,7 @@
 Source: `levelling`, eqs 4-7, widened to weights, any angles, segments and drift.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,7 +129,7 @@ def fit_harmonic(  # noqa: PLR0913, PLR0917 (the published signature)
     rate_rad_s: ArrayLike,
     sigma: ArrayLike | None = None,
     time_s: ArrayLike | None = None,
-    drift_order: int = 0,
+    drift_order: int | Sequence[int] = 0,
     segment: ArrayLike | None = None,
 ) -> HarmonicFit:
     """Fit ``y = R + a cos T + b sin T`` by weighted least squares (`levelling`, eqs 4-7).
@@ -142,6 +143,7 @@ def fit_harmonic(  # noqa: PLR0913, PLR0917 (the published signature)
             are ``1 / sigma^2``. None: equal weights, sigma estimated from each row's residuals.
         time_s: Time of each reading, ``(n,)``; needed for a drift.
         drift_order: Degree of a drift polynomial in time, centred on each segment; 0 for none.
+            One for all segments, or one for each in ascending order of their labels.
         segment: Integer label of each reading; each segment has its own R and drift.
 
     Returns:
@@ -173,17 +175,17 @@ def fit_design(design: HarmonicDesign, reading: ArrayLike) -> HarmonicFit:
 
 
 def _project(rows: FloatArray, design: HarmonicDesign) -> tuple[FloatArray, FloatArray]:
-    """Return the parameters and chi-square of each row by one product a block."""
+    """Return the parameters and chi-square of each row, by two thin products a block."""
     n, p = design.matrix.shape
-    operator = np.hstack([design.gain.T, design.complement])
-    free = np.repeat([0.0, 1.0], [p, n - p])
-    product = np.empty((min(_BLOCK_ROWS, len(rows)), n))
-    parameters, chi2 = np.empty((len(rows), p)), np.empty(len(rows))
+    weighted_basis, transposed = design.basis * design.weight[:, np.newaxis], design.basis.T.copy()
+    along, chi2 = np.empty((len(rows), p)), np.empty(len(rows))
+    buffer, ones = np.empty((min(_BLOCK_ROWS, len(rows)), n)), np.ones(n)
     for start in range(0, len(rows), _BLOCK_ROWS):
         block = rows[start : start + _BLOCK_ROWS]
-        done = slice(start, start + len(block))
+        done, left = slice(start, start + len(block)), buffer[: len(block)]
         with np.errstate(invalid="ignore", over="ignore"):  # the caller looks for NaN and names it
-            z = np.matmul(block, operator, out=product[: len(block)])
-            parameters[done] = z[:, :p]
-            np.matmul(np.square(z, out=z), free, out=chi2[done])
-    return parameters, chi2
+            np.matmul(np.matmul(block, weighted_basis, out=along[done]), transposed, out=left)
+            np.subtract(block if design.sigma is None else block * design.weight, left, out=left)
+            np.matmul(np.square(left, out=left), ones, out=chi2[done])
+    with np.errstate(invalid="ignore", over="ignore"):
+        return along @ ((design.gain / design.weight) @ design.basis).T, chi2

@@ -18,17 +18,20 @@ _WARN_SHARE, _WARN_RAD = 0.01, 0.2 * DEG
 _FAIL_SHARE, _FAIL_RAD = 0.05, 1.0 * DEG
 
 
-def check_table(angle_rad: ArrayLike, turned_rad: ArrayLike) -> Check:
+def check_table(angle_rad: ArrayLike, turned_rad: ArrayLike, segment: ArrayLike) -> Check:
     """Compare the moves between visits with what the gyro saw of them.
 
     Args:
         angle_rad: The table's angle at each visit, in time order, ``(n,)``.
         turned_rad: How far the gyro saw it turn on the way there, counter-clockwise seen from
-            above; NaN where it could not tell; ``(n,)``. The way to the first is not judged.
+            above; NaN where it could not tell; ``(n,)``.
+        segment: Label of each visit's segment, ``(n,)``. The way to the first of each is not
+            judged: it begins wherever the table was left.
     """
     told = np.diff(as_finite("angle_rad", angle_rad))
     seen = np.asarray(turned_rad, dtype=np.float64)[1:]
-    known = np.isfinite(seen) & (np.abs(told) > _LEAST_MOVE_RAD)
+    together = np.diff(np.asarray(segment)) == 0
+    known = together & np.isfinite(seen) & (np.abs(told) > _LEAST_MOVE_RAD)
     if not known.any():
         text = "The gyro could not watch the table turn: which way it turns is as configured."
         return Check("table", "pass", text)

@@ -186,9 +186,10 @@ def _table_angle(
 
 def _angle_response(fit: HarmonicFit, harmonic: FloatArray, group: IntArray) -> FloatArray:
     """Change of the two harmonic coefficients by each distinct angle's error, ``(..., 2, g)``."""
-    membership = (group[:, np.newaxis] == np.arange(group.max() + 1)).astype(np.float64)
-    by_cosine = fit.gain[1:] * np.cos(fit.design.angle_rad) @ membership
-    by_sine = fit.gain[1:] * np.sin(fit.design.angle_rad) @ membership
+    by_cosine, by_sine = (
+        np.stack([np.bincount(group, row) for row in fit.gain[1:] * shape])
+        for shape in (np.cos(fit.design.angle_rad), np.sin(fit.design.angle_rad))
+    )
     a, b = harmonic[..., 0, np.newaxis, np.newaxis], harmonic[..., 1, np.newaxis, np.newaxis]
     response: FloatArray = b * by_cosine - a * by_sine
     return response
@@ -201,7 +202,7 @@ def _drift_curvature(
     if stated is not None:
         moved = solution.jacobian[..., 0:2] @ drift_response(fit, HIGHEST_ORDER)
         return np.abs(moved) * stated
-    if fit.design.time_s is None or fit.design.drift_order >= HIGHEST_ORDER:
+    if fit.design.time_s is None or max(fit.design.drift_orders) >= HIGHEST_ORDER:
         return np.zeros_like(solution.sigma_rad)
     term = unmodelled_drift(fit)[-1]
     moved = solution.jacobian[..., 0:2] @ term.response * term.coefficient

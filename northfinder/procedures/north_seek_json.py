@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from northfinder.estimators.checks import Check
 from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.tilt import TiltEstimate
+from northfinder.procedures.events import Estimate, Progress
 from northfinder.procedures.planning import budget_json
 from northfinder.procedures.reduction import NorthSeek
 from northfinder.procedures.visits import Visit
@@ -41,20 +43,10 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
             }
             for method in seek.solutions
         },
-        "segments": [
-            {
-                "R_deg_h": float(terms.R) / DEG_PER_HOUR,
-                "drift_deg_h_h": (
-                    float(terms.drift[0]) / DEG_PER_HOUR_PER_HOUR if len(terms.drift) else None
-                ),
-            }
-            for terms in seek.gyro.segments
-        ],
-        "gyro_fit": _fit_json(
-            seek.gyro, [visit.gyro for visit in seek.visits], DEG_PER_HOUR, "deg_h", "deg2_h2"
-        ),
+        "segments": _segments_json(seek.gyro),
+        "gyro_fit": _gyro_fit_json(seek.gyro, [visit.gyro for visit in seek.used]),
         "accelerometer_fit": _fit_json(
-            seek.accelerometer, [visit.accelerometer for visit in seek.visits], 1.0, "g", "g2"
+            seek.accelerometer, [visit.accelerometer for visit in seek.used], 1.0, "g", "g2"
         ),
         "tilt": _tilt_json(seek.tilt),
         "earth_rate": {
@@ -63,11 +55,35 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
             "z": _or_null(earth.z),
         },
         "budget": budget_json(budget),
-        "checks": [
-            {"name": check.name, "status": check.status, "detail": check.detail}
-            for check in seek.checks
-        ],
-        "visits": [_visit_json(visit) for visit in seek.visits],
+        "checks": _checks_json(seek.checks),
+        "visits": [visit_json(visit) for visit in seek.visits],
+    }
+
+
+def estimate_json(estimate: Estimate) -> JsonObject:
+    """Return north so far, in the result's own names."""
+    return {
+        "azimuth_deg": _wrapped_deg(estimate.azimuth_rad / DEG),
+        "azimuth_sigma_deg": estimate.sigma_rad / DEG,
+        "visits": estimate.visits,
+        "gyro_fit": _gyro_fit_json(estimate.gyro, ()),
+        "segments": _segments_json(estimate.gyro),
+        "tilt": _tilt_json(estimate.tilt),
+        "checks": _checks_json(estimate.checks),
+    }
+
+
+def progress_json(progress: Progress) -> JsonObject:
+    """Return how far a run is, and what it does now."""
+    angle_rad = progress.angle_rad
+    return {
+        "progress": progress.fraction,
+        "left_s": progress.left_s,
+        "phase": progress.phase,
+        "doing": progress.sentence(),
+        "visit": progress.visit,
+        "visits": progress.visits,
+        "angle_deg": None if angle_rad is None else angle_rad / DEG,
     }
 
 
@@ -75,6 +91,30 @@ def _wrapped_deg(angle_deg: float) -> float:
     """Return it in [0, 360): of a tiny negative angle, Python's remainder is 360 itself."""
     wrapped = angle_deg % 360.0
     return wrapped if wrapped < 360.0 else 0.0
+
+
+def _segments_json(gyro: HarmonicFit) -> list[JsonObject]:
+    """Return each segment's bias at its middle; those that take no part are not among them."""
+    return [
+        {
+            "segment": terms.label,
+            "R_deg_h": float(terms.R) / DEG_PER_HOUR,
+            "drift_deg_h_h": (
+                float(terms.drift[0]) / DEG_PER_HOUR_PER_HOUR if len(terms.drift) else None
+            ),
+        }
+        for terms in gyro.segments
+    ]
+
+
+def _gyro_fit_json(fit: HarmonicFit, samples: Sequence[Samples]) -> JsonObject:
+    return _fit_json(fit, samples, DEG_PER_HOUR, "deg_h", "deg2_h2")
+
+
+def _checks_json(checks: Sequence[Check]) -> list[JsonObject]:
+    return [
+        {"name": check.name, "status": check.status, "detail": check.detail} for check in checks
+    ]
 
 
 def _fit_json(
@@ -111,10 +151,12 @@ def _tilt_json(tilt: TiltEstimate) -> JsonObject:
     }
 
 
-def _visit_json(visit: Visit) -> JsonObject:
+def visit_json(visit: Visit) -> JsonObject:
+    """Return one row of the record."""
     return {
         "index": visit.index,
         "segment": visit.segment,
+        "repeats": visit.repeats,
         "direction": visit.direction,
         "angle_deg": visit.angle_rad / DEG,
         "gyro_mean_deg_h": visit.gyro.mean / DEG_PER_HOUR,

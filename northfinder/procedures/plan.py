@@ -1,5 +1,6 @@
 """What a north-seek is asked to measure, and what the configuration adds to it."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -11,6 +12,7 @@ from northfinder.units import DEG, DEG_PER_HOUR, PPM
 
 LONGEST_DWELL_S = 3600.0
 MOST_VISITS = 2000  # the fit's work per visit grows with their square
+FEWEST_THAT_DRIFT = 3  # of two, bias and drift would leave nothing
 _DEG_PER_HOUR_CUBED = DEG / 3600.0**3
 
 
@@ -74,6 +76,21 @@ def drift_order(order: Order, visits: int) -> int:
     readings nothing would be left to tell the noise by.
     """
     return 1 if order == "sequential" and visits >= 5 else 0
+
+
+def drift_orders(order: Order, visits: Sequence[int]) -> tuple[int, ...]:
+    """Return the drift to fit in each segment, from the number of visits in each.
+
+    No part of a revolution cancels a drift, whatever the whole would: an interrupted run fits
+    one in every segment of three visits or more, whichever the order. Where that would leave no
+    reading to tell the noise by, in those of five or more.
+    """
+    if len(visits) == 1:
+        return (drift_order(order, visits[0]),)
+    orders = tuple(int(n >= FEWEST_THAT_DRIFT) for n in visits)
+    if sum(visits) > 2 + len(visits) + sum(orders):
+        return orders
+    return tuple(drift_order("sequential", n) for n in visits)
 
 
 def systematic(config: RigConfig) -> SystematicUncertainty:

@@ -68,6 +68,10 @@ class Prediction:
             "budget": budget_json(self.budget),
             "warnings": self.warnings,
             "plan": self.plan.model_dump(mode="json"),
+            "schedule": [
+                {"angle_deg": visit.angle_rad / DEG, "direction": visit.direction}
+                for visit in self.visits
+            ],
         }
 
 

@@ -2,7 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
+
+import numpy as np
 
 from northfinder.samples import Samples
 
@@ -21,12 +24,12 @@ class PlannedVisit:
     dwell_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Visit:
     """One measurement at one angle.
 
     Attributes:
-        index: Place in time order, from 0.
+        index: Place in time order, from 0, through all segments.
         segment: Between interruptions the gyro's bias is taken as one; each has its own R.
         direction: On the way out or back.
         angle_rad: The table's, counter-clockwise from the index mark.
@@ -35,6 +38,8 @@ class Visit:
             None where it cannot tell.
         gyro: rad/s.
         accelerometer: Standard gravities.
+        repeats: Index of the earlier visit whose angle this one measures again, to see that
+            nothing moved; None for a visit of the plan.
     """
 
     index: int
@@ -45,6 +50,26 @@ class Visit:
     turned_rad: float | None
     gyro: Samples
     accelerometer: Samples
+    repeats: int | None = None
+
+    @cached_property
+    def time_s(self) -> float:
+        """Return the middle of the visit, from the start of the run.
+
+        The samples' own times will not do: they begin anew with every process.
+        """
+        return self.start_s + float(np.mean(self.gyro.time_s - self.gyro.time_s[0]))
+
+    @cached_property
+    def duration_s(self) -> float:
+        """Return its length by the gyro's clock, lost samples included."""
+        return duration_s(self.gyro)
+
+
+def duration_s(samples: Samples) -> float:
+    """Return how long samples were collected by the device's clock, lost ones included."""
+    ticks = int(samples.tick[-1] - samples.tick[0])
+    return float(samples.time_s[-1] - samples.time_s[0]) / ticks * samples.expected
 
 
 def schedule(positions: int, dwell_s: float, order: Order, revolutions: int) -> list[PlannedVisit]:

@@ -1,24 +1,47 @@
-"""Connections: SQLite as it must be set for records, and its errors as sentences."""
+"""Databases by their URLs, and what their drivers raise as sentences."""
 
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import platformdirs
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy import URL, Engine, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
-from sqlalchemy.pool import ConnectionPoolEntry
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
+from northfinder.records import sqlite
 from northfinder.records.errors import DatabaseUrlError, RecordsError
 
-_BUSY_TIMEOUT_S = "5"
+_SERVER_AWAY = "the database server is away: it is used again as soon as it is back"
+#: What to do, by a part of the reason; the first that fits.
 _ADVICE = {
-    "locked": "another program holds it: end that one, or wait, and try again",
+    "database is locked": "another program holds it: end that one, or wait, and try again",
     "readonly": "make the file and its folder writable, or name another database",
     "unable to open": "check the path and its permissions, or name another database",
     "not a database": "the file is something else: name another database",
-    "full": "free some space",
+    "no such table": "the file was replaced by another: put it back, or start again to make one",
+    "malformed": "it is damaged: restore it from a copy, without its old -wal and -shm files",
+    "is full": "free some space",
+    "Connection refused": "start the database server, or correct host and port in the URL",
+    "authentication failed": "correct the user and the password in the URL",
+    "no password supplied": "add the password to the URL: postgresql+psycopg://user:password@...",
+    "does not exist": "create it, or correct the URL",
+    "permission denied": "let this user create and write tables, or name another database",
+    "read-only transaction": "this server only takes readers: name the one that takes writers",
+    "lock timeout": "another program holds it: end that one, or wait, and try again",
+    "statement timeout": "the database server is too busy: lighten its load, or wait",
+    "timeout expired": "the database server does not answer: check that it runs, and the network",
+    "resolve host": "correct the host in the URL",
+    "too many clients": "end other programs that use it, or raise its max_connections",
+    "connection slots": "end other programs that use it, or raise its max_connections",
+    "No space left": "free some space on the database server",
+    "starting up": "wait until it is ready",
+    "shutting down": _SERVER_AWAY,
+    "terminating connection": _SERVER_AWAY,
+    "closed the connection": _SERVER_AWAY,
+    "no answer from": "check that the database server runs, and the network",
+    "connection is lost": _SERVER_AWAY,
+    "connection is closed": _SERVER_AWAY,
+    "QueuePool limit": "too many requests at the same time: wait, and try again",
 }
 
 
@@ -40,26 +63,14 @@ def make_engine(url_text: str) -> Engine:
     """
     url = _parse(url_text)
     try:
-        if url.get_backend_name() != "sqlite":
-            return create_engine(url)
-        _require_folder(url)
-        engine = create_engine(url.update_query_dict({"timeout": _BUSY_TIMEOUT_S} | url.query))
+        if url.get_backend_name() == "sqlite":
+            return sqlite.make_engine(url)
+        from northfinder.records import postgresql  # noqa: PLC0415 -- 0.1 s that most can save
+
+        return postgresql.make_engine(url)
     except (ImportError, NoSuchModuleError) as error:
         msg = f"no driver for the database {_public(url)}: {error}"
         raise DatabaseUrlError(msg) from error
-    event.listen(engine, "connect", _set_up_sqlite)
-    event.listen(engine, "begin", _begin_sqlite)
-    return engine
-
-
-def for_writing(engine: Engine) -> Engine:
-    """Return the same connections for transactions that write.
-
-    In SQLite they take the write lock first: a transaction that has read and then writes is
-    refused at once, without the busy timeout, when another has written in between (WAL,
-    SQLITE_BUSY_SNAPSHOT). PostgreSQL locks the rows that are selected for update.
-    """
-    return engine.execution_options(sqlite_begin="BEGIN IMMEDIATE")
 
 
 @contextmanager
@@ -67,8 +78,9 @@ def sentences(engine: Engine) -> Iterator[None]:
     """Turn what a database driver raises into a RecordsError."""
     try:
         yield
-    except DBAPIError as error:
-        reason = str(error.orig)
+    except (DBAPIError, PoolTimeoutError) as error:
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        reason = " ".join(str(cause).split())
         advice = [advice for key, advice in _ADVICE.items() if key in reason]
         hint = advice[0] if advice else "check that it is there, and yours to write"
         msg = f"the records in {_public(engine.url)} cannot be used ({reason}): {hint}"
@@ -87,29 +99,5 @@ def _parse(url_text: str) -> URL:
     return url
 
 
-def _require_folder(url: URL) -> None:
-    if not url.database or url.database == ":memory:":
-        msg = "this database lives in memory and would lose every run; name a file: sqlite:///FILE"
-        raise DatabaseUrlError(msg)
-    if "uri" in url.query:  # an SQLite URI names an existing file, with options of its own
-        return
-    folder = Path(url.database).parent
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = f"the folder {folder} for the records cannot be made: {error}; name another database"
-        raise RecordsError(msg) from error
-
-
 def _public(url: URL) -> str:
     return url.set(query={}).render_as_string(hide_password=True)
-
-
-def _set_up_sqlite(connection: sqlite3.Connection, _: ConnectionPoolEntry) -> None:
-    connection.isolation_level = None  # SQLAlchemy's BEGIN below, not sqlite3's guess
-    connection.execute("PRAGMA synchronous = FULL")
-    connection.execute("PRAGMA foreign_keys = ON")
-
-
-def _begin_sqlite(connection: Connection) -> None:
-    connection.exec_driver_sql(connection.get_execution_options().get("sqlite_begin", "BEGIN"))

@@ -4,13 +4,14 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, column, inspect, select, table
 
-from northfinder.records.database import for_writing
+from northfinder.records import sqlite
 from northfinder.records.errors import RecordsError
+from northfinder.records.sqlite import for_writing
 
 if TYPE_CHECKING:
     from alembic.config import Config
 
-CURRENT_REVISION = "0001"
+CURRENT_REVISION = "0002"
 #: A name of our own: another program's ``alembic_version`` shall not pass for ours.
 VERSION_TABLE = "northfinder_schema"
 
@@ -59,9 +60,15 @@ def _migrate(engine: Engine) -> None:
     from alembic import command  # noqa: PLC0415 -- as above
     from alembic.script import ScriptDirectory  # noqa: PLC0415 -- as above
 
+    from northfinder.records import postgresql  # noqa: PLC0415 -- as above
+
     with engine.connect() as connection:
-        _prepare_sqlite(connection)
+        connection.detach()  # it is set up to migrate and serves for nothing else
+        if connection.dialect.name == "sqlite":
+            sqlite.prepare_migration(connection)
         with connection.begin():
+            if connection.dialect.name == "postgresql":
+                postgresql.prepare_migration(connection)
             stored = stored_revision(connection)  # again, now that nobody else can write
             config = alembic_config(connection)
             known = {s.revision for s in ScriptDirectory.from_config(config).walk_revisions()}
@@ -72,17 +79,3 @@ def _migrate(engine: Engine) -> None:
                 )
                 raise RecordsError(msg)
             command.upgrade(config, "head")
-
-
-def _prepare_sqlite(connection: Connection) -> None:
-    """Turn on WAL, which stays with the file, and let alembic rebuild tables.
-
-    To drop a table that others refer to, foreign keys must be off. SQLite takes neither pragma
-    inside a transaction, so that they come first; the connection serves for nothing else.
-    """
-    connection.detach()
-    if connection.dialect.name == "sqlite":
-        cursor = connection.connection.cursor()
-        cursor.execute("PRAGMA journal_mode = WAL")
-        cursor.execute("PRAGMA foreign_keys = OFF")
-        cursor.close()

@@ -1,50 +1,72 @@
 """The records: plain synchronous calls, each one a transaction."""
 
-import difflib
 import hashlib
 import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import Literal, Self, TypeVar
+from typing import Self
 
-from sqlalchemy import Engine, select
+from sqlalchemy import Engine, func, select, update
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from northfinder.records.database import for_writing, make_engine, sentences
-from northfinder.records.entries import NewRun, Run, VisitStatistics
-from northfinder.records.errors import RecordsError
+from northfinder.records import changes, queries
+from northfinder.records.database import make_engine, sentences
+from northfinder.records.entries import (
+    EventName,
+    NewRun,
+    Page,
+    Run,
+    RunEvent,
+    VisitStatistics,
+)
+from northfinder.records.errors import IdempotencyKeyUsedError, RecordsError
+from northfinder.records.holders import Holder
 from northfinder.records.portable_json import JsonObject, require_json
-from northfinder.records.samples import Stream, decode_samples, encode_samples
+from northfinder.records.samples import Stream, encode_samples
 from northfinder.records.schema import ensure_schema
-from northfinder.records.states import ENDED, State, require_legal_step
-from northfinder.records.tables import RunRow, SamplesRow, VisitRow
+from northfinder.records.sqlite import for_writing
+from northfinder.records.states import LIVE, RESUMABLE, SettableState, State
+from northfinder.records.tables import EventRow, RunRow, SamplesRow, VisitRow
 from northfinder.samples import Samples
 
-E = TypeVar("E", Run, VisitStatistics)
-
-_NAMED_AT_MOST = 5
-_SEARCHED_FOR_NEAR_IDS = 1000
+_COPIED = (
+    "kind",
+    "rig_name",
+    "plan",
+    "prediction",
+    "site",
+    "rig",
+    "simulation",
+    "software",
+)
 
 
 class Records:
     """Every run of every rig that shares a database; safe to use from several threads.
 
-    Reading calls accept any unique beginning of a run's id. Every call raises RecordsError
-    when the database is locked, full, read-only or gone.
+    What changes a run and what tells of it is one transaction; the event is returned once it is
+    durable. A run that is created or resumed here is held by this process (a lease of 30 s,
+    renewed by every change and by :meth:`renew_leases`) and no other may change it until it
+    ends. Reading calls accept any unique beginning of a run's id. Every call raises RecordsError
+    when the database is locked, full, read-only or gone, within seconds; none needs to be opened
+    again when it is back.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, holder: Holder) -> None:
         self._engine = engine
         self._writing = for_writing(engine)
+        self._holder = holder
 
     @classmethod
-    def open(cls, url: str) -> Self:
+    def open(cls, url: str, holder: Holder | None = None) -> Self:
         """Open a database, create or migrate its tables.
 
         Args:
             url: ``sqlite:///FILE``, whose folder is made, or ``postgresql+psycopg://...``.
+            holder: Who holds the runs that are begun here; this process.
 
         Raises:
             RecordsError: It cannot be reached or written, is another program's, or was written
@@ -57,7 +79,7 @@ class Records:
         except RecordsError:
             engine.dispose()
             raise
-        return cls(engine)
+        return cls(engine, holder or Holder.this_process())
 
     def close(self) -> None:
         """Close every connection."""
@@ -69,113 +91,248 @@ class Records:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def create_run(self, new: NewRun) -> str:
-        """Record a queued run and return its id."""
-        created_utc = datetime.now(UTC)
-        run_id = f"{created_utc:%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
-        with self._transaction() as session:
-            row = RunRow(id=run_id, state="queued", created_utc=created_utc, **asdict(new))
-            session.add(row)
-        return run_id
-
-    def set_state(
-        self, run_id: str, state: Literal["running", "paused", "aborted", "interrupted"]
-    ) -> None:
-        """Move a run on; :meth:`finish` and :meth:`fail` are the other two ways.
+    def create_run(self, new: NewRun) -> Run:
+        """Record a queued run, held by this process; its first event says so.
 
         Raises:
-            RecordsError: The step is illegal, or no such run.
+            IdempotencyKeyUsedError: An earlier request had this key.
         """
         with self._transaction() as session:
-            _enter(_locked(session, run_id), state)
+            row = _new_row(new)
+            row.lease_holder = self._holder.to_text()
+            session.add(row)
+            _flush_unless_key_is_used(session, new)
+            changes.tell(session, row, "state", {"state": "queued"})
+            return queries.entry_of(Run, row)
 
-    def finish(self, run_id: str, result: JsonObject) -> None:
-        """Complete a run.
+    def set_state(
+        self, run_id: str, state: SettableState, detail: JsonObject | None = None
+    ) -> RunEvent:
+        """Move a run on; :meth:`finish`, :meth:`fail` and :meth:`resume` are the other ways.
+
+        Args:
+            run_id: The whole id.
+            state: Where to; a failed or interrupted run runs again by :meth:`resume` only.
+            detail: What the event says besides.
 
         Raises:
-            RecordsError: It is not running, or no such run.
+            IllegalStepError: The step is illegal, or another process holds the run.
+            UnknownRunError: No such run.
+        """
+        with self._transaction() as session:
+            row = changes.locked(session, run_id)
+            if row.state not in RESUMABLE or state == "running":
+                changes.require_held(row, self._holder, state)
+            return changes.enter(session, row, state, detail or {})
+
+    def finish(
+        self, run_id: str, result: JsonObject, headline: JsonObject | None
+    ) -> list[RunEvent]:
+        """Complete a run, and tell the result, without its visits, and the state.
+
+        Raises:
+            IllegalStepError: It is not running, or another process holds it.
+            UnknownRunError: No such run.
             ValueError: The result is no JSON, for example NaN.
         """
         require_json("result", result)
+        require_json("headline", headline)
+        told = {name: value for name, value in result.items() if name != "visits"}
         with self._transaction() as session:
-            row = _locked(session, run_id)
-            _enter(row, "completed")
-            row.result = result
+            row = changes.locked(session, run_id)
+            changes.require_held(row, self._holder, "completed")
+            row.result, row.headline, row.progress = result, headline, 1.0
+            return [
+                changes.tell(session, row, "result", told),
+                changes.enter(session, row, "completed", {}),
+            ]
 
-    def fail(self, run_id: str, error: str) -> None:
-        """End a run with the reason, one sentence.
+    def fail(self, run_id: str, error: str) -> list[RunEvent]:
+        """End a run with the reason, one sentence, and tell both.
 
         Raises:
-            RecordsError: It has ended already, or no such run.
+            IllegalStepError: It has ended already, or another process holds it.
+            UnknownRunError: No such run.
+        """
+        sentence = queries.made_storable(error)
+        with self._transaction() as session:
+            row = changes.locked(session, run_id)
+            changes.require_held(row, self._holder, "failed")
+            row.error = sentence
+            return [
+                changes.tell(session, row, "error", {"message": sentence}),
+                changes.enter(session, row, "failed", {}),
+            ]
+
+    def resume(self, run_id: str) -> RunEvent:
+        """Let a failed or interrupted run run again, held by this process.
+
+        Raises:
+            IllegalStepError: It is in another state.
+            UnknownRunError: No such run.
         """
         with self._transaction() as session:
-            row = _locked(session, run_id)
-            _enter(row, "failed")
-            row.error = error
+            row = changes.locked(session, run_id)
+            changes.require_state(row, "cannot be resumed", *RESUMABLE)
+            row.lease_holder = self._holder.to_text()
+            return changes.enter(session, row, "running", {})
 
     def add_visit(
-        self, run_id: str, visit: VisitStatistics, samples: Mapping[Stream, Samples]
-    ) -> None:
+        self,
+        run_id: str,
+        visit: VisitStatistics,
+        samples: Mapping[Stream, Samples],
+        data: JsonObject,
+        progress: float,
+    ) -> RunEvent:
         """Keep a visit with its raw samples; it is on the disk when this returns.
 
+        Args:
+            run_id: The whole id of a run in progress.
+            visit: Its statistics.
+            samples: What was read.
+            data: What the event says: the visit as clients see it.
+            progress: How far the run is now, 0 to 1.
+
         Raises:
-            RecordsError: The run has this visit already or is not running, or no such run.
+            IllegalStepError: The run has this visit already or is not running, or another
+                process holds it.
+            UnknownRunError: No such run.
         """
-        blobs = {stream: encode_samples(part) for stream, part in samples.items()}
+        parts = _sample_rows(run_id, visit.index, samples)
         with self._transaction() as session:
-            row = _locked(session, run_id)
-            if row.state != "running":
-                msg = f"run {run_id} is {row.state} and takes no visits"
-                raise RecordsError(msg)
-            if session.get(VisitRow, (run_id, visit.index)) is not None:
-                msg = f"run {run_id} has visit {visit.index} already; visits are never replaced"
-                raise RecordsError(msg)
+            row = changes.locked(session, run_id)
+            changes.require_state(row, "takes no visits", "running")
+            changes.require_held(row, self._holder)
+            changes.require_new_visit(session, row, visit.index)
             session.add(VisitRow(run_id=run_id, **asdict(visit)))
-            session.flush()
-            session.add_all(
-                SamplesRow(
-                    run_id=run_id,
-                    visit_index=visit.index,
-                    stream=stream,
-                    arrow=blob,
-                    sha256=hashlib.sha256(blob).hexdigest(),
-                )
-                for stream, blob in blobs.items()
-            )
+            session.flush()  # the samples refer to it
+            session.add_all(parts)
+            row.progress = progress
+            return changes.tell(session, row, "visit", data)
+
+    def add_event(
+        self,
+        run_id: str,
+        event: EventName,
+        data: JsonObject,
+        *,
+        progress: float | None = None,
+        headline: JsonObject | None = None,
+    ) -> RunEvent:
+        """Tell what changes no state; progress and headline are kept as they were if not given.
+
+        Raises:
+            IllegalStepError: The run has ended, or another process holds it.
+            UnknownRunError: No such run.
+        """
+        require_json("headline", headline)
+        with self._transaction() as session:
+            row = changes.locked(session, run_id)
+            changes.require_state(row, "takes no events", *LIVE)
+            changes.require_held(row, self._holder)
+            row.progress = row.progress if progress is None else progress
+            row.headline = row.headline if headline is None else headline
+            return changes.tell(session, row, event, data)
+
+    def interrupt_abandoned(self, rig_name: str) -> list[RunEvent]:
+        """Interrupt a rig's unfinished runs that nobody carries out any more.
+
+        That is known at once where the process that held them on this host is gone, otherwise
+        when its lease expires: ask again after 30 s where a run of this rig is still on.
+        """
+        with self._transaction() as session:
+            return [
+                changes.enter(session, row, "interrupted", {"detail": "its program ended"})
+                for row in changes.abandoned(session, rig_name)
+            ]
+
+    def renew_leases(self) -> int:
+        """Renew the leases of every run that this process holds; return how many those are."""
+        held = RunRow.lease_holder == self._holder.to_text()
+        with self._snapshot() as session:
+            ids = session.scalars(select(RunRow.id).where(held)).all()
+        if not ids:  # an idle service shall not write
+            return 0
+        with self._transaction() as session:
+            renewal = update(RunRow).where(held)
+            session.execute(renewal.values(lease_expires_utc=changes.lease_end(session)))
+        return len(ids)
 
     def run(self, run_id: str) -> Run:
         """Return a run by its id or a unique beginning of it.
 
         Raises:
-            RecordsError: None or several begin so; the message names near ones.
+            UnknownRunError: None or several begin so; the message names near ones.
         """
         with self._snapshot() as session:
-            return _entry(Run, _found(session, run_id))
+            return queries.entry_of(Run, queries.found(session, run_id, whole=True))
 
-    def runs(
-        self, *, limit: int = 50, kind: str | None = None, state: State | None = None
-    ) -> list[Run]:
-        """Return the newest runs first, of one kind or state only if given."""
-        wanted = select(RunRow).order_by(RunRow.created_utc.desc(), RunRow.id.desc()).limit(limit)
-        if kind is not None:
-            wanted = wanted.where(RunRow.kind == kind)
-        if state is not None:
-            wanted = wanted.where(RunRow.state == state)
+    def same_request(self, key: str) -> Run | None:
+        """Return the run that an earlier request with this idempotency key began."""
         with self._snapshot() as session:
-            return [_entry(Run, row) for row in session.scalars(wanted)]
+            return queries.run_of_request(session, key)
+
+    def page(
+        self,
+        limit: int,
+        cursor: str | None = None,
+        *,
+        kind: str | None = None,
+        state: State | None = None,
+        rig_name: str | None = None,
+    ) -> Page:
+        """Return the newest runs first, those of one kind, state or rig only if given.
+
+        Args:
+            limit: How many.
+            cursor: ``next_cursor`` of the page before; runs that begin meanwhile shift nothing.
+            kind: As in :class:`NewRun`.
+            state: Where they stand.
+            rig_name: The rig that ran them.
+
+        Raises:
+            UnknownRunError: The cursor is none of ours.
+        """
+        given = {"kind": kind, "state": state, "rig_name": rig_name}
+        with self._snapshot() as session:
+            return queries.page_of(session, given, cursor, limit)
+
+    def count_by_state(self) -> dict[State, int]:
+        """Return how many runs are in each state; states without one are left out."""
+        counted = select(RunRow.state, func.count()).group_by(RunRow.state)
+        with self._snapshot() as session:
+            return dict(session.execute(counted).tuples().all())
 
     def visits(self, run_id: str) -> list[VisitStatistics]:
         """Return a run's visits in time order.
 
         Raises:
-            RecordsError: No such run.
+            UnknownRunError: No such run.
         """
         with self._snapshot() as session:
-            wanted = select(VisitRow).where(VisitRow.run_id == _found(session, run_id).id)
-            return [
-                _entry(VisitStatistics, row)
-                for row in session.scalars(wanted.order_by(VisitRow.index))
-            ]
+            wanted = select(VisitRow).where(VisitRow.run_id == queries.found(session, run_id).id)
+            rows = session.scalars(wanted.order_by(VisitRow.index))
+            return [queries.visit_of(row) for row in rows]
+
+    def events(self, run_id: str, after: int = 0, limit: int = 1000) -> list[RunEvent]:
+        """Return a run's events in order.
+
+        Args:
+            run_id: The run.
+            after: The sequence number of the last one known.
+            limit: How many at most; none are left when fewer come.
+
+        Raises:
+            UnknownRunError: No such run.
+        """
+        with self._snapshot() as session:
+            row = queries.found(session, run_id)
+            wanted = select(EventRow).where(
+                EventRow.run_id == row.id, EventRow.seq > min(after, row.last_seq)
+            )
+            rows = session.scalars(wanted.order_by(EventRow.seq).limit(limit))
+            return [queries.event_of(row) for row in rows]
 
     def samples(self, run_id: str, index: int) -> dict[Stream, Samples]:
         """Return a visit's raw samples, bit for bit as they were added.
@@ -184,14 +341,18 @@ class Records:
             RecordsError: No such run or visit, or its samples are damaged.
         """
         with self._snapshot() as session:
-            full_id = _found(session, run_id).id
-            if session.get(VisitRow, (full_id, index)) is None:
-                msg = f"run {full_id} has no visit {index}"
-                raise RecordsError(msg)
-            wanted = select(SamplesRow).where(
-                SamplesRow.run_id == full_id, SamplesRow.visit_index == index
-            )
-            return {row.stream: _undamaged(row) for row in session.scalars(wanted)}
+            return queries.samples_of(session, queries.found(session, run_id).id, index)
+
+    def samples_sha256(self, run_id: str) -> str:
+        """Return one SHA-256 over the recorded ones of all the run's samples, in order.
+
+        It is that of the lines ``visit stream sha256``, by visit and then stream.
+
+        Raises:
+            UnknownRunError: No such run.
+        """
+        with self._snapshot() as session:
+            return queries.samples_sha256_of(session, queries.found(session, run_id).id)
 
     @contextmanager
     def _transaction(self) -> Iterator[Session]:
@@ -204,59 +365,42 @@ class Records:
             yield session
 
 
-def _enter(row: RunRow, state: State) -> None:
-    """Take a legal step; a run that runs again has not ended and has no error any more."""
-    require_legal_step(row.id, row.state, state)
-    now_utc = datetime.now(UTC)
-    row.state = state
-    row.finished_utc = now_utc if state in ENDED else None
-    if state == "running":
-        row.started_utc = row.started_utc or now_utc
-        row.error = None
+def _new_row(new: NewRun) -> RunRow:
+    created_utc = datetime.now(UTC)
+    fields = {name: getattr(new, name) for name in _COPIED}
+    return RunRow(
+        id=f"{created_utc:%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}",
+        state="queued",
+        created_utc=created_utc,
+        started_utc=None,
+        finished_utc=None,
+        result=None,
+        error=None,
+        progress=0.0,
+        headline=None,
+        last_seq=0,
+        idempotency_key=new.idempotency and new.idempotency.key,
+        request_sha256=new.idempotency and new.idempotency.request_sha256,
+        **fields,
+    )
 
 
-def _locked(session: Session, run_id: str) -> RunRow:
-    """Return the run by its whole id, for nobody else to change before the transaction ends."""
-    row = session.get(RunRow, run_id, with_for_update=True)
-    if row is None:
-        raise RecordsError(_unknown(session, run_id))
-    return row
+def _flush_unless_key_is_used(session: Session, new: NewRun) -> None:
+    try:
+        session.flush()
+    except IntegrityError as error:
+        if new.idempotency is None or "idempotency_key" not in str(error.orig):
+            raise
+        msg = f"an earlier request had the idempotency key {new.idempotency.key!r}; choose another"
+        raise IdempotencyKeyUsedError(msg) from error
 
 
-def _found(session: Session, run_id: str) -> RunRow:
-    row = session.get(RunRow, run_id)
-    if row is not None:
-        return row
-    begins_so = select(RunRow).where(RunRow.id.startswith(run_id, autoescape=True))
-    rows = session.scalars(begins_so.order_by(RunRow.id.desc()).limit(_NAMED_AT_MOST)).all()
-    if len(rows) == 1:
-        return rows[0]
-    if rows:
-        msg = f"several runs begin with {run_id!r}: {', '.join(row.id for row in rows)}"
-        raise RecordsError(msg)
-    raise RecordsError(_unknown(session, run_id))
-
-
-def _unknown(session: Session, run_id: str) -> str:
-    newest = select(RunRow.id).order_by(RunRow.created_utc.desc()).limit(_SEARCHED_FOR_NEAR_IDS)
-    ids = session.scalars(newest).all()
-    if not ids:
-        return f"there is no run {run_id!r}: nothing has been recorded yet"
-    near = difflib.get_close_matches(run_id, ids, _NAMED_AT_MOST)
-    if near:
-        return f"there is no run {run_id!r}; near it are {', '.join(near)}"
-    return f"there is no run {run_id!r}; the newest is {ids[0]}"
-
-
-def _entry(entry: type[E], row: RunRow | VisitRow) -> E:
-    return entry(**{field.name: getattr(row, field.name) for field in fields(entry)})
-
-
-def _undamaged(row: SamplesRow) -> Samples:
-    if hashlib.sha256(row.arrow).hexdigest() != row.sha256:
-        msg = (
-            f"the {row.stream} samples of run {row.run_id}, visit {row.visit_index} are damaged:"
-            " their SHA-256 is not the recorded one; restore the database from a copy"
+def _sample_rows(run_id: str, index: int, samples: Mapping[Stream, Samples]) -> list[SamplesRow]:
+    rows = []
+    for stream, part in samples.items():
+        blob = encode_samples(part)
+        sha256 = hashlib.sha256(blob).hexdigest()
+        rows.append(
+            SamplesRow(run_id=run_id, visit_index=index, stream=stream, arrow=blob, sha256=sha256)
         )
-        raise RecordsError(msg)
-    return decode_samples(row.arrow)
+    return rows

@@ -10,17 +10,22 @@ from sqlalchemy import (
     Double,
     ForeignKey,
     ForeignKeyConstraint,
+    Index,
     LargeBinary,
     MetaData,
     String,
     Text,
     TypeDecorator,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import DeclarativeBase, Mapped, MappedColumn, mapped_column
 
+from northfinder.records.entries import EventName
 from northfinder.records.portable_json import JsonObject
 from northfinder.records.samples import Stream
 from northfinder.records.states import State
+
+#: The columns of a run that are too large for a list.
+WHOLE = "whole"
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -59,25 +64,56 @@ class Base(DeclarativeBase):
     }
 
 
+def _whole() -> MappedColumn[Any]:
+    """Return a column that only `Records.run` reads: a list of 50 shall not load megabytes."""
+    return mapped_column(deferred=True, deferred_group=WHOLE, deferred_raiseload=True)
+
+
 class RunRow(Base):
-    """A run; see :class:`northfinder.records.entries.Run`."""
+    """A run; see :class:`northfinder.records.entries.Run`.
+
+    The lease says who carries the run out: a :class:`northfinder.records.holders.Holder` as
+    text, and until when it is believed without a further sign; both NULL once the run ended.
+    """
 
     __tablename__ = "runs"
+    # In the order of a list; with what a list is filtered by, which spares a look at each row.
+    __table_args__ = (Index("ix_runs_newest", "created_utc", "id", "kind", "state", "rig_name"),)
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     kind: Mapped[str] = mapped_column(String(32))
     rig_name: Mapped[str] = mapped_column(Text)
     state: Mapped[State] = mapped_column(String(16))
-    created_utc: Mapped[datetime] = mapped_column(index=True)
+    created_utc: Mapped[datetime]
     started_utc: Mapped[datetime | None]
     finished_utc: Mapped[datetime | None]
     plan: Mapped[JsonObject]
-    site: Mapped[JsonObject]
-    rig: Mapped[JsonObject]
-    simulation: Mapped[JsonObject | None]
-    software: Mapped[JsonObject]
-    result: Mapped[JsonObject | None]
+    site: Mapped[JsonObject] = _whole()
+    rig: Mapped[JsonObject] = _whole()
+    simulation: Mapped[JsonObject | None] = _whole()
+    software: Mapped[JsonObject] = _whole()
+    result: Mapped[JsonObject | None] = _whole()
     error: Mapped[str | None] = mapped_column(Text)
+    prediction: Mapped[JsonObject | None] = _whole()
+    progress: Mapped[float] = mapped_column(server_default="0")
+    headline: Mapped[JsonObject | None]
+    last_seq: Mapped[int] = mapped_column(server_default="0")
+    lease_holder: Mapped[str | None] = mapped_column(Text, index=True)
+    lease_expires_utc: Mapped[datetime | None]
+    idempotency_key: Mapped[str | None] = mapped_column(Text, unique=True, index=True)
+    request_sha256: Mapped[str | None] = mapped_column(String(64))
+
+
+class EventRow(Base):
+    """An event of a run; see :class:`northfinder.records.entries.RunEvent`."""
+
+    __tablename__ = "events"
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id"), primary_key=True)
+    seq: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    time_utc: Mapped[datetime]
+    event: Mapped[EventName] = mapped_column(String(16))
+    data: Mapped[JsonObject]
 
 
 class VisitRow(Base):
@@ -98,6 +134,7 @@ class VisitRow(Base):
     lost: Mapped[int]
     start_s: Mapped[float]
     turned_rad: Mapped[float | None]
+    repeats: Mapped[int | None]
 
 
 class SamplesRow(Base):

@@ -12,7 +12,8 @@ import pytest
 
 from drivers.errors import DeviceFaultError, LinkTimeoutError, TransportError
 from drivers.interfaces import TableState
-from drivers.zaber import LATE, SHORT, STOPPED, Zaber
+from drivers.zaber import Zaber
+from drivers.zaber_faults import LATE, SHORT, STOPPED
 from sim.clock import run_virtual
 from sim.devices.zaber import SimulatedZaber
 from sim.faults import FaultyWire
@@ -303,3 +304,61 @@ def test_stopping_a_table_that_does_not_slow_down_says_to_cut_its_power() -> Non
             await on.table.stop()
 
     on_bench(use)
+
+
+def test_observing_reports_a_fault_and_leaves_it_to_the_move_that_it_befell() -> None:
+    observed: list[TableState] = []
+
+    async def watch(table: Zaber) -> None:
+        while True:
+            observed.append(await table.observe())
+            await asyncio.sleep(0.01)
+
+    async def use(on: Bench) -> None:
+        on.plate.block_at(math.radians(50))
+        watching = asyncio.create_task(watch(on.table))
+        try:
+            await on.table.move_to(math.radians(135))
+        finally:
+            watching.cancel()
+            assert (await on.table.observe()).fault is None  # the move has acknowledged it
+
+    code, message = fault_of(use)
+    assert code == "FS"
+    under_way = [state for state in observed if state.moving]
+    assert [state.fault for state in under_way] == [None] * len(under_way)
+    assert np.all(np.diff([state.angle_rad for state in under_way]) >= 0)
+    assert message in {state.fault for state in observed}
+    assert all(state.homed for state in observed)
+
+
+def test_observing_a_table_that_has_fallen_silent_fails_within_a_second() -> None:
+    async def use(on: Bench) -> float:
+        on.wire.faults.silent = True
+        start_s = asyncio.get_running_loop().time()
+        with pytest.raises(LinkTimeoutError, match="did not answer"):
+            await on.table.observe()
+        return asyncio.get_running_loop().time() - start_s
+
+    assert on_bench(use) < 1.0
+
+
+@pytest.mark.parametrize("waited_s", np.arange(0.4, 0.8, 0.037))
+def test_a_stop_is_on_the_wire_at_once_even_while_lost_replies_are_waited_for(
+    waited_s: float,
+) -> None:
+    async def use(on: Bench) -> None:
+        move = asyncio.create_task(on.table.move_to(3.0))
+        await asyncio.sleep(0.3)
+        on.wire.faults.drop_per_byte = 1.0
+        await asyncio.sleep(waited_s - 0.3)
+        now_s = asyncio.get_running_loop().time()
+        stop = asyncio.create_task(on.table.stop())
+        await asyncio.sleep(0.001)
+        ramp_s = on.table.limits.speed_rad_s / on.table.limits.acceleration_rad_s2
+        assert on.plate.end_s == pytest.approx(now_s + ramp_s, abs=0.002)
+        on.wire.faults.drop_per_byte = 0.0
+        await stop
+        await move
+
+    assert fault_of(use)[0] == STOPPED

@@ -43,23 +43,24 @@ def revolution(extra: Array | float = 0.0, **fit: Any) -> HarmonicFit:  # noqa: 
     ],
 )
 def test_residuals_are_held_against_the_given_sigma(scale: float, status: str, words: str) -> None:
-    check = check_residuals(revolution((scale - 1) * NOISE, sigma=SIGMA), 1.0, "gyro")
+    check = check_residuals(revolution((scale - 1) * NOISE, sigma=SIGMA), SIGMA, "given", "gyro")
     assert (check.name, check.status) == ("residuals", status)
     assert words in check.detail
 
 
 def test_residuals_are_held_against_the_scatter_within_visits_where_no_sigma_is_given() -> None:
-    good = check_residuals(revolution(), np.full(24, SIGMA), "accelerometer")
+    within = "seen within the visits"
+    good = check_residuals(revolution(), np.full(24, SIGMA), within, "accelerometer")
     assert good.name == "accelerometer residuals"
     assert good.status == "pass"
     assert "seen within the visits" in good.detail
-    assert check_residuals(revolution(), np.full(24, SIGMA / 3), "gyro").status == "fail"
+    assert check_residuals(revolution(), np.full(24, SIGMA / 3), within, "gyro").status == "fail"
 
 
 def test_residuals_that_cannot_be_judged_say_so() -> None:
-    frozen = check_residuals(revolution(), np.zeros(24), "gyro")
+    frozen = check_residuals(revolution(), np.zeros(24), "seen within the visits", "gyro")
     three = fit_harmonic(np.array([0.0, 2.0, 4.0]), np.zeros(3))
-    assert frozen.status == check_residuals(three, 1.0, "gyro").status == "warn"
+    assert frozen.status == check_residuals(three, 1.0, "given", "gyro").status == "warn"
     assert "samples do not scatter" in frozen.detail
 
 
@@ -79,21 +80,23 @@ def test_studentised_residuals_leave_the_visit_out_of_its_own_judgement() -> Non
 def test_a_disturbed_visit_is_named(kick: float, status: str) -> None:
     at = np.zeros(24)
     at[5] = kick * SIGMA
-    check = check_outliers(revolution(at))
+    check = check_outliers(revolution(at), range(2, 26))
     assert check.status == status
-    assert ("visit 6 at 75 deg" in check.detail) == (status != "pass")
+    assert ("visit 8 at 75 deg" in check.detail) == (status != "pass")
 
 
 def test_too_few_visits_show_no_outlier() -> None:
     four = fit_harmonic(TWENTY_FOUR_RAD[::6], np.zeros(4))
-    assert check_outliers(four).status == "pass"
+    assert check_outliers(four, range(4)).status == "pass"
     lone = fit_harmonic(TWENTY_FOUR_RAD[:6], np.ones(6), segment=np.array([0, 0, 0, 0, 0, 1]))
     assert studentised_residuals(lone)[-1] == 0.0  # the last one determines its own R
 
 
 def test_a_warning_about_an_outlier_is_as_rare_as_stated() -> None:
     noise = np.random.default_rng(16).normal(size=(4000, 24))
-    statuses = [check_outliers(fit_harmonic(TWENTY_FOUR_RAD, row)).status for row in noise]
+    statuses = [
+        check_outliers(fit_harmonic(TWENTY_FOUR_RAD, row), range(24)).status for row in noise
+    ]
     assert statuses.count("pass") >= 4000 - 12  # 4 expected
 
 

@@ -132,6 +132,30 @@ def test_a_fitted_drift_costs_what_the_order_of_visits_makes_it_cost(
     assert drifting.covariance[2, 2] / plain.covariance[2, 2] == pytest.approx(cost, abs=0.005)
 
 
+def test_each_segment_may_have_a_drift_of_its_own_degree() -> None:
+    random = np.random.default_rng(4)
+    segment = np.repeat([3, 5, 9], [10, 2, 12])
+    time_s = np.arange(24.0)
+    reading = random.normal(size=24)
+    fit = fit_harmonic(TWENTY_FOUR_RAD, reading, 1.0, time_s, (1, 0, 2), segment)
+    columns = [np.cos(TWENTY_FOUR_RAD), np.sin(TWENTY_FOUR_RAD)]
+    for label, order in ((3, 1), (5, 0), (9, 2)):
+        inside = segment == label
+        tau = (time_s - time_s[inside].mean()) / 10.0
+        columns += [np.where(inside, tau**k, 0.0) for k in range(order + 1)]
+    expected = np.linalg.lstsq(np.column_stack(columns), reading)[0]
+    assert_allclose([fit.a, fit.b], expected[:2], atol=1e-12)
+    assert [terms.label for terms in fit.segments] == [3, 5, 9]
+    theirs = np.concatenate(
+        [
+            np.append(terms.R, terms.drift) * 10.0 ** np.arange(1 + k)
+            for terms, k in zip(fit.segments, (1, 0, 2), strict=True)
+        ]
+    )
+    assert_allclose(theirs, expected[2:], atol=1e-12)
+    assert fit.dof == 24 - 8
+
+
 def test_equal_angles_share_a_number_whatever_the_turn() -> None:
     angle = np.array([0.0, 90.0, 360.0, -270.0, 359.99999999, 180.0]) * DEG
     number = distinct_angles(angle)
@@ -181,6 +205,8 @@ def test_angles_that_do_not_determine_the_answer_are_named(
         ({"drift_order": 1}, "together with time_s"),
         ({"drift_order": -1}, "drift_order is -1"),
         ({"segment": np.zeros(24)}, "one integer for each"),
+        ({"drift_order": (1, 0), "time_s": np.arange(24.0)}, "names 2 segments, but there are 1"),
+        ({"drift_order": (-1,)}, r"drift_order is \(-1,\)"),
     ],
 )
 def test_what_is_not_a_revolution_is_refused_in_words(bad: dict[str, Any], complaint: str) -> None:

@@ -87,7 +87,7 @@ def test_progress_goes_from_nothing_to_all_and_says_what_is_done() -> None:
     fractions = [event.fraction for event in progress]
     assert fractions == sorted(fractions)
     assert (fractions[0], fractions[-1], progress[-1].left_s) == (0.0, 1.0, 0.0)
-    assert progress[0].doing == "finding the table's reference"
+    assert progress[0].sentence() == "finding the table's reference"
     assert [event.visit.index for event in events if isinstance(event, VisitCompleted)] == [
         *range(8)
     ]

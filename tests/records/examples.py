@@ -1,6 +1,7 @@
 """A run, visits and samples to record."""
 
 import numpy as np
+from sqlalchemy import create_engine, text
 
 from northfinder.records import NewRun, Stream, VisitStatistics
 from northfinder.samples import Samples
@@ -9,6 +10,7 @@ RUN = NewRun(
     kind="north-seek",
     rig_name="Lab 3",
     plan={"positions": 24, "dwell_s": 5.0, "target_sigma_deg": None},
+    prediction={"duration_s": 151.0, "azimuth_sigma_deg": 0.0385},
     site={"latitude_deg": 40.0},
     rig={"gyro": {"driver": "kvh", "link": "sim:", "identity": {"serial_number": "17"}}},
     simulation={"azimuth_deg": 48.0, "seed": 1},
@@ -51,3 +53,11 @@ def samples(index: int) -> dict[Stream, Samples]:
             expected=4,
         ),
     }
+
+
+def execute(url: str, statement: str, **values: object) -> None:
+    """Change a database behind the records' back."""
+    engine = create_engine(url)
+    with engine.begin() as connection:
+        connection.execute(text(statement), values)
+    engine.dispose()

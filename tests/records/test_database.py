@@ -3,57 +3,20 @@
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import platformdirs
 import pytest
-from alembic.autogenerate import compare_metadata
-from alembic.migration import MigrationContext
-from alembic.script import ScriptDirectory
+from sqlalchemy import make_url
 
 from northfinder.records import Records, RecordsError, default_url
-from northfinder.records.database import make_engine
-from northfinder.records.schema import CURRENT_REVISION, VERSION_TABLE, alembic_config
-from northfinder.records.tables import Base
-from tests.records.examples import RUN
-
-LOCK_HOLDER = """
-import sqlite3, sys
-connection = sqlite3.connect(sys.argv[1])
-connection.execute("BEGIN IMMEDIATE")
-print("locked", flush=True)
-sys.stdin.read()
-"""
+from tests.postgresql import PostgresqlServer
+from tests.records.examples import RUN, execute
 
 
-@contextmanager
-def locked_by_another_process(path: Path) -> Iterator[None]:
-    command = [sys.executable, "-c", LOCK_HOLDER, str(path)]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "locked\n"
-        yield
-        process.communicate()
-
-
-def test_the_migrations_arrive_at_the_tables_as_declared(records: Records, url: str) -> None:
-    del records  # has migrated
-    engine = make_engine(url)
-    with engine.connect() as connection:
-        options = {"version_table": VERSION_TABLE, "compare_type": True}
-        context = MigrationContext.configure(connection, opts=options)
-        assert compare_metadata(context, Base.metadata) == []
-        assert context.get_current_revision() == CURRENT_REVISION
-        script = ScriptDirectory.from_config(alembic_config(connection))
-        assert script.get_heads() == [CURRENT_REVISION]
-    engine.dispose()
-
-
-def test_an_existing_database_is_opened_without_alembic(records: Records, url: str) -> None:
-    del records  # has migrated
+def test_an_existing_database_is_opened_without_alembic(url: str) -> None:
     program = (
         "import sys; from northfinder.records import Records\n"
         "with Records.open(sys.argv[1]): sys.exit('alembic' in sys.modules)"
@@ -62,24 +25,14 @@ def test_an_existing_database_is_opened_without_alembic(records: Records, url: s
     subprocess.run([sys.executable, "-c", program, url], cwd=root, check=True)
 
 
-def test_a_database_locked_by_another_program_is_a_sentence(tmp_path: Path) -> None:
-    path = tmp_path / "records.db"
-    with Records.open(f"sqlite:///{path}?timeout=0.05") as records:
-        run_id = records.create_run(RUN)
-        with locked_by_another_process(path):
-            with pytest.raises(RecordsError, match=r"database is locked.*another program holds it"):
-                records.set_state(run_id, "running")
-            assert records.run(run_id).state == "queued"
-        records.set_state(run_id, "running")
-
-
-def test_a_read_only_database_can_be_read_and_says_why_it_takes_nothing(
-    records: Records, running: str, tmp_path: Path
+def test_a_read_only_file_can_be_read_and_says_why_it_takes_nothing(
+    sqlite_url: str, tmp_path: Path
 ) -> None:
-    del records
+    with Records.open(sqlite_url) as records:
+        run_id = records.create_run(RUN).id
     archive_url = f"sqlite:///{(tmp_path / 'records.db').as_uri()}?mode=ro&uri=true"
     with Records.open(archive_url) as archive:
-        assert archive.run(running).state == "running"
+        assert archive.run(run_id).state == "queued"
         with pytest.raises(RecordsError, match=r"readonly database.*make the file and its folder"):
             archive.create_run(RUN)
 
@@ -95,11 +48,18 @@ def test_another_programs_database_is_refused_and_left_alone(tmp_path: Path) -> 
     assert path.read_bytes() == before
 
 
-def test_a_newer_schema_is_refused_and_left_alone(url: str, tmp_path: Path) -> None:
-    Records.open(url).close()
-    with closing(sqlite3.connect(tmp_path / "records.db")) as connection:
-        connection.execute("UPDATE northfinder_schema SET version_num = '9999'")
-        connection.commit()
+def test_another_programs_database_on_a_server_is_refused(
+    postgresql_server: PostgresqlServer,
+) -> None:
+    url = postgresql_server.empty_database()
+    execute(url, "CREATE TABLE accounts (id int)")
+    with pytest.raises(RecordsError, match=r"another program \(its tables: accounts\)"):
+        Records.open(url)
+    postgresql_server.drop(url)
+
+
+def test_a_newer_schema_is_refused_and_left_alone(url: str) -> None:
+    execute(url, "UPDATE northfinder_schema SET version_num = '9999'")
     with pytest.raises(RecordsError, match=r"newer northfinder \(schema 9999, this one knows"):
         Records.open(url)
 
@@ -116,12 +76,12 @@ def test_a_place_where_no_file_can_be_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RecordsError, match=r"unable to open database file.*check the path"):
         Records.open(f"sqlite:///{tmp_path}")
     (tmp_path / "file").touch()
-    with pytest.raises(RecordsError, match=r"folder .* cannot be made"):
+    with pytest.raises(RecordsError, match=r"file .* cannot be made"):
         Records.open(f"sqlite:///{tmp_path / 'file' / 'records.db'}")
 
 
 @pytest.mark.parametrize(
-    ("url", "sentence"),
+    ("written", "sentence"),
     [
         pytest.param("records.db", "is no database URL; write sqlite:///FILE", id="a path"),
         pytest.param("mysql://lab/records", "cannot be kept in mysql; use sqlite", id="mysql"),
@@ -129,9 +89,38 @@ def test_a_place_where_no_file_can_be_is_refused(tmp_path: Path) -> None:
         pytest.param("sqlite+nothing:///x.db", "no driver for the database", id="driver"),
     ],
 )
-def test_a_url_that_cannot_serve_is_refused(url: str, sentence: str) -> None:
+def test_a_url_that_cannot_serve_is_refused(written: str, sentence: str) -> None:
     with pytest.raises(RecordsError, match=sentence):
+        Records.open(written)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        pytest.param({"port": 1}, "refused.*start the database server, or correct", id="port"),
+        pytest.param({"password": "no"}, "authentication failed.*correct the user", id="password"),
+        pytest.param({"username": "nobody7"}, "authentication failed.*correct", id="user"),
+        pytest.param({"database": "absent"}, "does not exist.*create it, or", id="database"),
+        pytest.param({"host": "absent.invalid"}, "resolve host.*correct the host", id="host"),
+    ],
+)
+def test_a_server_that_cannot_serve_is_a_sentence(
+    postgresql_server: PostgresqlServer, change: dict[str, Any], sentence: str
+) -> None:
+    url = postgresql_server.url.set(**change).render_as_string(hide_password=False)
+    with pytest.raises(RecordsError, match=sentence) as caught:
         Records.open(url)
+    assert "\n" not in str(caught.value)
+    assert str(postgresql_server.url.password) not in str(caught.value)
+
+
+def test_a_user_that_may_create_nothing_is_told_so(postgresql_server: PostgresqlServer) -> None:
+    url = postgresql_server.empty_database()
+    postgresql_server.execute("CREATE ROLE guest LOGIN PASSWORD 'guest'")
+    guest_url = make_url(url).set(username="guest", password="guest")  # noqa: S106 -- no secret
+    with pytest.raises(RecordsError, match=r"permission denied.*let this user create"):
+        Records.open(guest_url.render_as_string(hide_password=False))
+    postgresql_server.drop(url)
 
 
 def test_a_password_is_not_shown() -> None:

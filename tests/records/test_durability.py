@@ -18,11 +18,12 @@ from northfinder.records import Records
 from tests.records.examples import RUN, samples, visit
 
 records = Records.open(sys.argv[1])
-run_id = records.create_run(RUN)
+run_id = records.create_run(RUN).id
 records.set_state(run_id, "running")
 print(run_id, flush=True)
 for index in itertools.count():
-    records.add_visit(run_id, visit(index), samples(index))
+    records.add_event(run_id, "progress", {"visit": index}, progress=0.1)
+    records.add_visit(run_id, visit(index), samples(index), {"index": index}, 0.5)
     print(index, flush=True)
 """
 
@@ -31,7 +32,7 @@ def test_each_visit_is_there_for_another_connection_at_once(
     records: Records, running: str, url: str
 ) -> None:
     for index in range(5):
-        records.add_visit(running, visit(index), samples(index))
+        records.add_visit(running, visit(index), samples(index), {}, 0.5)
         with Records.open(url) as others:
             assert others.visits(running)[-1] == visit(index)
             assert len(others.samples(running, index)["gyro"]) == 4
@@ -51,17 +52,21 @@ def test_every_completed_visit_survives_a_kill(url: str) -> None:
         kept = records.visits(run_id)
         assert kept == [visit(index) for index in range(len(kept))]
         assert reported <= len(kept) <= reported + 1
+        events = records.events(run_id)
+        assert [event.seq for event in events] == [*range(1, len(events) + 1)]
+        assert records.run(run_id).last_seq == len(events)
+        told = [event.data["index"] for event in events if event.event == "visit"]
+        assert told == [visit.index for visit in kept]
         for index in range(len(kept)):
             np.testing.assert_array_equal(
                 records.samples(run_id, index)["gyro"].value, samples(index)["gyro"].value
             )
 
 
-def test_every_connection_syncs_each_commit_and_keeps_references(
-    records: Records, running: str, url: str
+def test_every_connection_to_a_file_syncs_each_commit_and_keeps_references(
+    sqlite_url: str,
 ) -> None:
-    records.add_visit(running, visit(0), samples(0))
-    engine = make_engine(url)
+    engine = make_engine(sqlite_url)
     with engine.connect() as connection:
         pragmas = ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
         values = [connection.scalar(text(f"PRAGMA {pragma}")) for pragma in pragmas]

@@ -8,26 +8,28 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
-from sqlalchemy import create_engine, text
 
 from northfinder.records import NewRun, Records, RecordsError
-from tests.records.examples import RUN, samples, visit
+from tests.records.examples import RUN, execute, samples, visit
 
 RESULT = {"azimuth_deg": 0.1 + 0.2, "tilt": {"zeta_deg": None}, "visits": [1, 2.5, "out"]}
+HEADLINE = {"azimuth_deg": 0.1 + 0.2, "checks": {"pass": 6}, "attention": ["tilt"]}
 
 
 def test_a_run_is_recorded_from_its_first_moment_to_its_result(records: Records) -> None:
     before_utc = datetime.now(UTC)
-    run_id = records.create_run(RUN)
-    queued = records.run(run_id)
+    queued = records.create_run(RUN)
+    run_id = queued.id
+    assert records.run(run_id) == queued
     assert {name: getattr(queued, name) for name in asdict(RUN)} == asdict(RUN)
     assert (queued.state, queued.started_utc, queued.result) == ("queued", None, None)
     assert re.fullmatch(r"\d{8}T\d{6}Z-[0-9a-f]{6}", run_id)
 
     records.set_state(run_id, "running")
-    records.finish(run_id, RESULT)
+    records.finish(run_id, RESULT, HEADLINE)
     done = records.run(run_id)
     assert (done.state, done.result, done.error) == ("completed", RESULT, None)
+    assert (done.progress, done.headline) == (1.0, HEADLINE)
     assert done.started_utc is not None
     assert done.finished_utc is not None
     assert before_utc <= done.created_utc <= done.started_utc <= done.finished_utc
@@ -39,14 +41,14 @@ def test_a_resumed_run_has_no_end_and_no_error_any_more(records: Records, runnin
     records.fail(running, "the table stalled at 45 deg; clear it")
     assert records.run(running).error == "the table stalled at 45 deg; clear it"
     assert records.run(running).finished_utc is not None
-    records.set_state(running, "running")
+    records.resume(running)
     resumed = records.run(running)
     assert (resumed.started_utc, resumed.finished_utc, resumed.error) == (started_utc, None, None)
 
 
 def test_visits_and_samples_come_back_as_they_were(records: Records, running: str) -> None:
     for index in (1, 0):
-        records.add_visit(running, visit(index), samples(index))
+        records.add_visit(running, visit(index), samples(index), {}, 0.5)
     assert records.visits(running) == [visit(0), visit(1)]
     for stream, expected in samples(1).items():
         np.testing.assert_equal(asdict(records.samples(running, 1)[stream]), asdict(expected))
@@ -55,38 +57,28 @@ def test_visits_and_samples_come_back_as_they_were(records: Records, running: st
 def test_the_same_visit_twice_is_refused_and_the_first_one_stays(
     records: Records, running: str
 ) -> None:
-    records.add_visit(running, visit(0), samples(0))
+    records.add_visit(running, visit(0), samples(0), {}, 0.5)
     with pytest.raises(RecordsError, match=f"run {running} has visit 0 already"):
-        records.add_visit(running, replace(visit(0), angle_rad=3.0), samples(1))
+        records.add_visit(running, replace(visit(0), angle_rad=3.0), samples(1), {}, 0.5)
     assert records.visits(running) == [visit(0)]
     assert records.samples(running, 0)["gyro"].tick[0] == 10
 
 
 def test_only_a_running_run_takes_visits(records: Records) -> None:
-    run_id = records.create_run(RUN)
+    run_id = records.create_run(RUN).id
     with pytest.raises(RecordsError, match="is queued and takes no visits"):
-        records.add_visit(run_id, visit(0), samples(0))
-
-
-def test_runs_are_listed_newest_first_and_by_kind_and_state(records: Records) -> None:
-    first, second, third = (
-        records.create_run(replace(RUN, kind=kind)) for kind in ("north-seek", "noise", "noise")
-    )
-    records.set_state(third, "aborted")
-    assert [run.id for run in records.runs()] == [third, second, first]
-    assert [run.id for run in records.runs(limit=2)] == [third, second]
-    assert [run.id for run in records.runs(kind="noise", state="queued")] == [second]
+        records.add_visit(run_id, visit(0), samples(0), {}, 0.5)
 
 
 def test_a_unique_beginning_of_an_id_is_enough_to_read(records: Records, running: str) -> None:
     assert records.run(running[:-3]).id == running
-    records.add_visit(running, visit(0), samples(0))
+    records.add_visit(running, visit(0), samples(0), {}, 0.5)
     assert records.visits(running[:-3]) == [visit(0)]
     assert set(records.samples(running[:-3], 0)) == {"gyro", "accelerometer"}
 
 
 def test_a_beginning_that_several_share_names_them(records: Records) -> None:
-    ids = [records.create_run(RUN) for _ in range(2)]
+    ids = [records.create_run(RUN).id for _ in range(2)]
     with pytest.raises(RecordsError, match="several runs begin with '20'") as caught:
         records.run("20")
     assert all(run_id in str(caught.value) for run_id in ids)
@@ -101,7 +93,7 @@ def test_a_wildcard_is_no_beginning(records: Records, running: str, percent: str
 def test_an_unknown_id_is_answered_with_near_ones(records: Records) -> None:
     with pytest.raises(RecordsError, match="nothing has been recorded yet"):
         records.run("20261122T034512Z-7f3a9c")
-    run_id = records.create_run(RUN)
+    run_id = records.create_run(RUN).id
     with pytest.raises(RecordsError, match=f"near it are {run_id}"):
         records.visits(run_id[:-1] + "x")
     with pytest.raises(RecordsError, match=f"near it are {run_id}"):
@@ -115,7 +107,7 @@ def test_numbers_that_json_does_not_have_are_refused(
     records: Records, running: str, value: float
 ) -> None:
     with pytest.raises(ValueError, match=r"^result\.budget\[1\]\.u_deg is -?(nan|inf), which"):
-        records.finish(running, {"budget": [{"u_deg": 1.0}, {"u_deg": value}]})
+        records.finish(running, {"budget": [{"u_deg": 1.0}, {"u_deg": value}]}, None)
     with pytest.raises(ValueError, match=r"^plan\.dwell_s is -?(nan|inf)"):
         replace(RUN, plan={"dwell_s": value})
     assert records.run(running).state == "running"
@@ -134,11 +126,8 @@ def test_a_visit_without_a_mean_is_refused() -> None:
 
 
 def test_damaged_samples_are_found_out(records: Records, running: str, url: str) -> None:
-    records.add_visit(running, visit(0), samples(0))
-    engine = create_engine(url)
-    with engine.begin() as connection:
-        connection.execute(text("UPDATE samples SET arrow = x'00' WHERE stream = 'gyro'"))
-    engine.dispose()
+    records.add_visit(running, visit(0), samples(0), {}, 0.5)
+    execute(url, "UPDATE samples SET arrow = :other WHERE stream = 'gyro'", other=b"0")
     with pytest.raises(RecordsError, match=f"gyro samples of run {running}, visit 0 are damaged"):
         records.samples(running, 0)
 
@@ -162,7 +151,7 @@ def test_a_reader_sees_whole_visits_while_others_are_written(
     reader.start()
     try:
         for index in range(40):
-            records.add_visit(running, visit(index), samples(index))
+            records.add_visit(running, visit(index), samples(index), {}, 0.5)
     finally:
         done.set()
         reader.join()

@@ -75,6 +75,18 @@ def test_the_body_feels_the_same_vectors_however_it_is_mounted(mounting: Mountin
     )
 
 
+@mounted
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_table_at_rest_is_felt_the_same_while_and_after_it_may_ring(
+    mounting: Mounting, clockwise: bool
+) -> None:
+    bench = at_rest(1.0, clockwise=clockwise)
+    early, late = (bench.felt(mounting, start_s + periods(50), PERIOD_S) for start_s in (0.0, 60.0))
+    for first, second in zip(early, late, strict=True):
+        assert first.shape == second.shape == (50, 3)
+        assert_allclose(first, second, rtol=1e-15, atol=1e-20)
+
+
 @pytest.mark.parametrize(("clockwise", "sign"), [(False, 1.0), (True, -1.0)])
 @pytest.mark.parametrize("axis", AXES)
 def test_a_turning_table_integrates_to_its_angle_about_the_axis_that_points_up(

@@ -227,3 +227,16 @@ def test_a_move_without_a_positive_speed_and_acceleration_is_refused(
 ) -> None:
     with pytest.raises(ValueError, match="positive"):
         plate().move_to(1.0, speed_rad_s, acceleration_rad_s2, 0.0)
+
+
+def test_a_plate_is_told_to_rest_only_once_its_angle_no_longer_changes_in_the_last_bit() -> None:
+    table = plate(ringing=Ringing())
+    move(table, 1.0)
+    later_s = np.arange(0.0, 10.0, 0.001)
+    resting = [table.resting_rad(float(time_s)) for time_s in later_s]
+    first = next(index for index, angle_rad in enumerate(resting) if angle_rad is not None)
+    assert table.end_s < later_s[first] < table.end_s + 3.0
+    assert np.all(table.angle_rad(later_s[first:]) == resting[-1])
+    assert all(angle_rad == resting[-1] for angle_rad in resting[first:])
+    move(table, 2.0, now_s=10.0)
+    assert table.resting_rad(10.0) is None

@@ -115,3 +115,28 @@ def test_levels_changed_in_the_run_take_effect_at_once() -> None:
     assert noise.sample(time_s, 1.0) == pytest.approx(np.ones((2, 3)))
     noise.levels = NoiseLevels(bias=5.0)
     assert noise.sample(time_s + 2, 1.0) == pytest.approx(np.full((2, 3), 5.0))
+
+
+def test_a_drift_changed_in_the_run_bends_the_offset_and_does_not_step_it() -> None:
+    noise = SensorNoise(NoiseLevels(bias=2.0, drift_per_s=0.1), np.random.default_rng(1))
+    time_s = np.arange(1.0, 11.0)
+    warming_up = noise.sample(time_s, 1.0)[:, 0]
+    assert warming_up[-1] == pytest.approx(3.0)
+    noise.levels = NoiseLevels(bias=2.0, drift_per_s=-0.2)
+    assert noise.sample(time_s + 10.0, 1.0)[:, 0] == pytest.approx(3.0 - 0.2 * time_s)
+    noise.levels = NoiseLevels(white_sqrt_s=1e-12, bias=2.0, drift_per_s=0.0)
+    assert noise.sample(time_s + 20.0, 1.0) == pytest.approx(np.full((10, 3), 1.0))
+
+
+def test_a_bias_changed_in_the_run_is_the_offset_from_then_on_whatever_it_had_drifted() -> None:
+    noise = SensorNoise(NoiseLevels(bias=2.0, drift_per_s=0.1), np.random.default_rng(1))
+    time_s = np.arange(1.0, 11.0)
+    noise.sample(time_s, 1.0)
+    noise.levels = NoiseLevels(bias=5.0, drift_per_s=0.1)
+    assert noise.sample(time_s + 10.0, 1.0)[:, 0] == pytest.approx(5.0 + 0.1 * time_s)
+
+
+def test_levels_changed_before_the_first_sample_are_as_if_given_at_first() -> None:
+    noise = SensorNoise(NoiseLevels(bias=1.0, drift_per_s=7.0), np.random.default_rng(1))
+    noise.levels = NoiseLevels(bias=2.0, drift_per_s=0.5)
+    assert noise.sample(np.array([100.0, 101.0]), 1.0)[:, 0] == pytest.approx([2.5, 3.0])

@@ -6,12 +6,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from drivers.interfaces import FloatArray
 from sim.bench import Mounting
 from sim.clock import run_virtual
 from sim.interfaces import Sensing
 from sim.noise import NoiseLevels
 from sim.pacing import bursts
-from sim.truth import Truth
+from sim.truth import EARTH_RATE_RAD_S, Truth
 from sim.world import World, WorldSettings
 
 
@@ -82,6 +83,28 @@ def test_a_wires_faults_are_reached_by_its_name() -> None:
     made.link("accelerometer")
     made.faults("gyro").silent = True
     assert not made.faults("accelerometer").silent
+
+
+def test_a_changed_world_is_felt_from_the_next_burst_on() -> None:
+    still = NoiseLevels()
+
+    async def session() -> tuple[FloatArray, FloatArray]:
+        made = world()
+        made.change(Truth(0.7, 0.8, 0.0, 0.0), still, still)
+        link = made.link("gyro")
+        await link.open()
+        await made.start()
+        await asyncio.sleep(0.51)
+        made.change(Truth(0.0, 0.8, 0.0, 0.0), NoiseLevels(bias=1.0), still)
+        await asyncio.sleep(0.5)
+        await made.stop()
+        rate = np.frombuffer((await link.read(1.0)).data).reshape(-1, 3)
+        return rate[:5], rate[5:]
+
+    before, after = run_virtual(session())
+    up = EARTH_RATE_RAD_S * np.sin(0.7)
+    assert before[:, 2] == pytest.approx(np.full(5, up))
+    assert after[:, 2] == pytest.approx(np.full(5, 1.0))  # on the equator none of it points up
 
 
 def test_a_device_that_crashed_says_so_when_the_world_is_stopped() -> None:

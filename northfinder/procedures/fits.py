@@ -1,0 +1,133 @@
+"""The fits of both sensors over the visits that take part, and where their noise comes from."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from northfinder.config import RigConfig
+from northfinder.errors import EstimationError
+from northfinder.estimators.arrays import FloatArray
+from northfinder.estimators.drift import unmodelled_drift
+from northfinder.estimators.harmonic import HarmonicFit, fit_harmonic
+from northfinder.estimators.tilt import TiltEstimate, estimate_tilt
+from northfinder.procedures.plan import Plan, chosen_order, drift_orders
+from northfinder.procedures.segments import taking_part
+from northfinder.procedures.visits import Visit, duration_s
+from northfinder.samples import Samples
+from northfinder.units import DEG, DEG_PER_SQRT_HOUR
+
+#: rad/s or g. Samples may be all alike, as of a simulated sensor without noise; no mean is exact.
+_LEAST_SCATTER = 1e-12
+
+#: Sigma of each visit's mean, or None to estimate it: from the samples, the configured noise
+#: (mean over T seconds: noise/sqrt(T)) and the number of parameters.
+NoiseModel = Callable[[Sequence[Samples], float | None, int], FloatArray | None]
+
+
+def configured_or_seen(
+    samples: Sequence[Samples], noise_sqrt_s: float | None, parameters: int
+) -> FloatArray | None:
+    """Take the configured noise; without one leave it to the residuals, where any are free."""
+    if noise_sqrt_s is not None:
+        return noise_sqrt_s / np.sqrt([duration_s(part) * _share(part) for part in samples])
+    return None if len(samples) > parameters else scatter_within(samples)
+
+
+def scatter_within(samples: Sequence[Samples], *_: object) -> FloatArray:
+    """Take the scatter within each visit, never nothing."""
+    return np.maximum(scatter(samples), _LEAST_SCATTER)
+
+
+def scatter(samples: Sequence[Samples]) -> FloatArray:
+    """Return the standard error of each visit's mean by its own samples."""
+    return np.array([part.sigma for part in samples])
+
+
+def of_both(visits: Sequence[Visit]) -> tuple[list[Samples], list[Samples]]:
+    """Return the rates and the forces."""
+    return [visit.gyro for visit in visits], [visit.accelerometer for visit in visits]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """Visits, and what the fits make of them.
+
+    Attributes:
+        visits: All of them, in time order.
+        used: Those that take part, a row of both fits each.
+        gyro: Fit of the rate, rad/s.
+        tilt: Of the table; its ``fit`` is the accelerometer's, standard gravities.
+        latitude_rad: The plan's, or the site's.
+    """
+
+    visits: Sequence[Visit]
+    used: Sequence[Visit]
+    gyro: HarmonicFit
+    tilt: TiltEstimate
+    latitude_rad: float
+
+
+def fit_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig, noise: NoiseModel) -> Fitted:
+    """Fit both sensors over the visits that take part.
+
+    Each segment has its own bias, of the accelerometer too: hours may lie between them.
+
+    Raises:
+        EstimationError: They do not determine the coefficients.
+    """
+    used = taking_part(visits)
+    if not used:
+        msg = "no visit is complete, so there is no north yet"
+        raise EstimationError(msg)
+    gyro, accelerometer = _fit_both(used, plan, config, noise)
+    tilt = estimate_tilt(accelerometer, config.site.gravity_g)
+    return Fitted(visits, used, gyro, tilt, plan.latitude_rad(config))
+
+
+def _fit_both(
+    visits: Sequence[Visit], plan: Plan, config: RigConfig, noise: NoiseModel
+) -> tuple[HarmonicFit, HarmonicFit]:
+    segment = [visit.segment for visit in visits]
+    _, lengths = np.unique(segment, return_counts=True)
+    orders = drift_orders(chosen_order(plan), lengths.tolist())
+    gyro = _fit_gyro(visits, config, noise, orders)
+    if orders == (0,) and unmodelled_drift(gyro)[0].significant:
+        # There and back the drift does not touch a and b, but left in the residuals it would
+        # pass for noise.
+        gyro = _fit_gyro(visits, config, noise, (1,))
+    _, forces = of_both(visits)
+    accelerometer = fit_harmonic(
+        _angles(visits, config.accelerometer.mount_angle_deg),
+        [samples.mean for samples in forces],
+        noise(forces, config.accelerometer.noise_g_sqrt_hz, 2 + len(orders)),
+        segment=segment,
+    )
+    return gyro, accelerometer
+
+
+def _fit_gyro(
+    visits: Sequence[Visit], config: RigConfig, noise: NoiseModel, orders: tuple[int, ...]
+) -> HarmonicFit:
+    rates, _ = of_both(visits)
+    return fit_harmonic(
+        _angles(visits, config.gyro.mount_angle_deg),
+        [samples.mean for samples in rates],
+        noise(rates, _gyro_noise(config), 2 + len(orders) + sum(orders)),
+        [visit.time_s for visit in visits],
+        orders,
+        [visit.segment for visit in visits],
+    )
+
+
+def _angles(visits: Sequence[Visit], mount_angle_deg: float) -> FloatArray:
+    return np.array([visit.angle_rad for visit in visits]) + mount_angle_deg * DEG
+
+
+def _gyro_noise(config: RigConfig) -> float | None:
+    noise_deg_sqrt_h = config.gyro.noise_deg_sqrt_h
+    return None if noise_deg_sqrt_h is None else noise_deg_sqrt_h * DEG_PER_SQRT_HOUR
+
+
+def _share(samples: Samples) -> float:
+    return (len(samples) - samples.invalid) / samples.expected

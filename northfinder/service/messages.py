@@ -1,0 +1,251 @@
+"""What the service answers with; degrees, seconds, ISO 8601 instants in UTC."""
+
+from datetime import datetime
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from northfinder.procedures.north_seek import Plan
+from northfinder.records import Run, RunSummary, State
+from northfinder.records.states import LEGAL_STEPS
+
+JsonObject = dict[str, Any]
+Step = Literal["pause", "resume", "abort"]
+
+
+class RunRequest(Plan):
+    """A run to start, or to predict; everything but the kind may be left out."""
+
+    kind: Literal["north-seek"]
+
+    def plan(self) -> Plan:
+        """Return the plan of its kind."""
+        return Plan(**self.model_dump())
+
+
+class BudgetLine(BaseModel):
+    """One source of uncertainty: one sigma, and its share of the variance."""
+
+    source: str
+    u_deg: float
+    share: float
+
+
+class ScheduledVisit(BaseModel):
+    """One stop of the table."""
+
+    angle_deg: float
+    direction: str
+
+
+class Prediction(BaseModel):
+    """What a plan would take and bring; device time, one sigma."""
+
+    duration_s: float
+    azimuth_sigma_deg: float
+    motion_limits: JsonObject
+    budget: list[BudgetLine]
+    warnings: list[str]
+    plan: JsonObject
+    schedule: list[ScheduledVisit]
+
+
+class CheckCounts(BaseModel):
+    """How many checks passed, warned and failed."""
+
+    model_config = ConfigDict(populate_by_name=True)
+
+    passed: Annotated[int, Field(alias="pass")]
+    warn: int
+    fail: int
+
+
+class Summary(BaseModel):
+    """A run as the history shows it; azimuth and checks are those so far until it has ended."""
+
+    run_id: str
+    kind: str
+    rig_name: str
+    state: State
+    created: datetime
+    started: datetime | None
+    finished: datetime | None
+    progress: float
+    plan: JsonObject
+    azimuth_deg: float | None
+    azimuth_sigma_deg: float | None
+    checks: CheckCounts | None
+    attention: list[str]
+    error: str | None
+
+    @classmethod
+    def of(cls, run: Run | RunSummary) -> Self:
+        """Return a recorded run's."""
+        return cls(**_summary(run))
+
+
+class Detail(Summary):
+    """A run with everything that is known of it but its raw samples and events."""
+
+    site: JsonObject
+    rig: JsonObject
+    simulation: JsonObject | None
+    software: JsonObject
+    prediction: JsonObject | None
+    result: JsonObject | None
+    steps: list[Step]
+    last_seq: int
+
+    @classmethod
+    def of_run(cls, run: Run, *, pausing: bool) -> Self:
+        """Return a recorded run's; one that will pause says so by its steps."""
+        return cls(
+            **_summary(run),
+            site=run.site,
+            rig=run.rig,
+            simulation=run.simulation,
+            software=run.software,
+            prediction=run.prediction,
+            result=run.result,
+            steps=legal_steps(run.state, pausing=pausing),
+            last_seq=run.last_seq,
+        )
+
+
+class RunPage(BaseModel):
+    """A page of the history, newest first; the cursor leads to the next."""
+
+    runs: list[Summary]
+    next_cursor: str | None
+
+
+class Visits(BaseModel):
+    """A run's visits in time order."""
+
+    visits: list[JsonObject]
+
+
+class Stopped(BaseModel):
+    """The table stands; the run that was ended by it."""
+
+    stopped: bool
+    run_id: str | None
+
+
+class Table(BaseModel):
+    """The table, counter-clockwise seen from above."""
+
+    angle_deg: float
+    moving: bool
+    homed: bool
+    target_deg: float | None
+
+
+class Identity(BaseModel):
+    """Who answered."""
+
+    vendor: str
+    model: str
+    serial_number: str
+    firmware: str
+
+
+class Counters(BaseModel):
+    """What has come over a link since it was opened."""
+
+    frames: int
+    crc_errors: int
+    lost: int
+    reconnects: int
+
+
+class Device(BaseModel):
+    """One instrument; what it has not told yet is null."""
+
+    role: str
+    driver: str
+    link: str
+    identity: Identity | None
+    state: Literal["ok", "silent", "offline", "fault"]
+    detail: str | None
+    rate_hz: float | None
+    temperature_deg_c: float | None
+    reading: float | None
+    reading_unit: str | None
+    counters: Counters
+
+
+class Database(BaseModel):
+    """Whether runs can be recorded."""
+
+    ok: bool
+    detail: str | None
+
+
+class Rig(BaseModel):
+    """The rig as it is now."""
+
+    name: str
+    site: JsonObject
+    simulated: bool
+    speed: float | None
+    state: Literal["starting", "ready", "busy", "offline"]
+    detail: str | None
+    run_id: str | None
+    table: Table | None
+    devices: list[Device]
+    database: Database
+    software: JsonObject
+
+
+class SimulationSettings(BaseModel):
+    """The simulated world's truth: where the bench really stands, and how its sensors err."""
+
+    azimuth_deg: float
+    pitch_deg: float
+    roll_deg: float
+    gyro_noise_deg_sqrt_h: float
+    gyro_bias_deg_h: float
+    gyro_drift_deg_h_h: float
+    gyro_bias_instability_deg_h: float
+    accel_noise_g_sqrt_hz: float
+    seed: int
+
+
+class Faults(BaseModel):
+    """The faults of each simulated device."""
+
+    faults: dict[str, JsonObject]
+
+
+def legal_steps(state: State, *, pausing: bool) -> list[Step]:
+    """Return what may be asked of a run; a run that is about to pause may be told to go on."""
+    steps: list[Step] = []
+    legal = LEGAL_STEPS[state]
+    if "paused" in legal and not pausing:
+        steps.append("pause")
+    if state in {"paused", "failed", "interrupted"} or (state == "running" and pausing):
+        steps.append("resume")
+    if "aborted" in legal:
+        steps.append("abort")
+    return steps
+
+
+def _summary(run: Run | RunSummary) -> JsonObject:
+    headline = run.headline or {}
+    return {
+        "run_id": run.id,
+        "kind": run.kind,
+        "rig_name": run.rig_name,
+        "state": run.state,
+        "created": run.created_utc,
+        "started": run.started_utc,
+        "finished": run.finished_utc,
+        "progress": run.progress,
+        "plan": run.plan,
+        "azimuth_deg": headline.get("azimuth_deg"),
+        "azimuth_sigma_deg": headline.get("azimuth_sigma_deg"),
+        "checks": headline.get("checks"),
+        "attention": headline.get("attention", []),
+        "error": run.error,
+    }

@@ -1,0 +1,66 @@
+// What can be done with the run shown, and what to do about one that did not complete.
+
+import { ENDED, openRun, post, startRun } from "./api.js";
+import { $, all, setIcon, write } from "./dom.js";
+import { plusMinus } from "./format.js";
+import { why } from "./form.js";
+import { t } from "./i18n.js";
+import { measured, north, phase, place, schedule } from "./run.js";
+
+const SHAPES = { failed: "stopped", interrupted: "warn", aborted: "ended" };
+
+export function mount(store) {
+  let asked = {}; // what was asked of which run in which state, until it has an effect
+
+  async function ask(step, act) {
+    const { run } = store.state;
+    asked = { run: run.run_id, state: run.state, step };
+    show(store.state);
+    await act(run).catch((problem) => { asked = { ...asked, step: null, refused: problem.message }; });
+    show(store.state);
+  }
+
+  const take = (step) => ask(step, async ({ run_id, state }) => {
+    await post(`/runs/${run_id}/${step}`);
+    if (ENDED.includes(state)) await openRun(run_id, store); // its stream had ended
+  });
+  for (const button of all("[data-step]")) button.addEventListener("click", () => take(button.dataset.step));
+  for (const button of all("[data-again]")) button.addEventListener("click", () => ask("again", ({ plan }) => startRun(plan, store)));
+  $("compare-runs").addEventListener("click", () => store.set({ compare: [store.state.run, other(store.state)].map((run) => run.run_id) }));
+
+  function show(state) {
+    const { run, connection } = state;
+    if (!run) return;
+    if (asked.run !== run.run_id || asked.state !== run.state) asked = {};
+    const off = connection !== "live" || Boolean(asked.step);
+    for (const button of all("[data-step]")) button.disabled = off;
+    for (const button of all("[data-again]")) button.disabled = off || why({ ...state, planError: null }) !== null;
+    $("compare-runs").disabled = !other(state);
+    for (const link of all("[data-get]")) link.href = `/api/v1/runs/${run.run_id}/${link.dataset.get}`;
+    const usual = { running: "say.keep", paused: "say.paused" }[phase(state)] ?? "";
+    const said = off ? (asked.step ? `asked.${asked.step}` : "The service cannot be reached.") : usual;
+    for (const note of all(".said")) write(note, asked.refused ?? t(said));
+    if (SHAPES[run.state]) showMessage(state);
+  }
+  store.on(["run", "runs", "rig", "connection", "visits", "estimates", "units"], show);
+}
+
+const other = ({ run, runs }) => runs.find((one) => one.run_id !== run.run_id && one.state === "completed" && one.kind === run.kind);
+
+// What happened, what it means for north, what to do.
+function showMessage(state) {
+  const { run, visits, units } = state;
+  const planned = schedule(run);
+  const n = measured(visits).length;
+  const message = (run.state === "failed" && run.error) || t(`say.${run.state}`);
+  const end = message.search(/[.:;] /) + 1; // the first clause is the headline
+  setIcon($("message"), SHAPES[run.state]);
+  write($("what"), end ? message.slice(0, end - 1) + "." : message);
+  write($("what-more"), end ? message[end + 1].toUpperCase() + message.slice(end + 2) : "");
+  const known = north(state)?.azimuth_sigma_deg;
+  const predicted = run.prediction?.azimuth_sigma_deg;
+  const means = t(!known ? "means.nothing" : predicted ? "means.instead" : "means.known", { u: plusMinus(known, units), v: plusMinus(predicted, units) });
+  write($("means"), `${t("means.kept", { n, all: planned.length })} ${means}`);
+  write($("what-to-do"), t(`do.${run.state}`));
+  write($("resume-at"), t("Resume at position {n}", place(planned, n)));
+}

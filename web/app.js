@@ -1,0 +1,73 @@
+// Opens the page: the store, the two streams, and every panel.
+
+import * as actions from "./actions.js";
+import * as banner from "./banner.js";
+import * as events from "./events.js";
+import * as form from "./form.js";
+import * as hero from "./hero.js";
+import * as rig from "./rig.js";
+import { ENDED, get, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
+import { $, all } from "./dom.js";
+import { choose, speak, t } from "./i18n.js";
+import { askForToken } from "./session.js";
+import { createStore } from "./store.js";
+
+// What the first look does not need: loaded when the form is ready. Each file with the place that it fills.
+const PANELS = {
+  fit: "fit", settle: "settle", result: "solvers", checks: "checks", budget: "budget",
+  history: "history", control: "control", compare: "compare", simulation: "simulation-body",
+};
+
+const store = createStore({ lang: speak() });
+onUnauthorized(askForToken);
+for (const part of [rig, hero, actions, form, events, banner]) part.mount(store);
+mountChoices();
+let active; // the run that the rig is at
+await start();
+for (const [name, place] of Object.entries(PANELS)) {
+  import(`./${name}.js`).then((panel) => {
+    panel.mount($(place), store, t);
+    panel.mountNumbers?.($("numbers"), store, t);
+  }).catch(reportError);
+}
+
+async function start() {
+  await get("/rig").then((now) => store.set({ rig: now, connection: "live" }), () => store.set({ connection: "lost" }));
+  await showNewest();
+  openRig(store);
+  store.on("rig", followTheRig);
+}
+
+// The active run, else the newest; without the records, again at the next word from the rig.
+async function showNewest() {
+  const { rig: now, loaded } = store.state;
+  if (!now || loaded !== undefined) return;
+  store.set({ loaded: false });
+  try {
+    await loadRuns(store);
+    active = now.run_id;
+    const id = active ?? store.state.runs[0]?.run_id;
+    if (id) await openRun(id, store);
+    store.set({ loaded: true, trouble: null });
+  } catch (problem) {
+    store.set({ loaded: undefined, trouble: problem.message });
+  }
+}
+
+// A run that another page or program began or resumed is shown as soon as the rig says so.
+function followTheRig({ rig: now, run, loaded }) {
+  const id = now?.run_id;
+  if (!loaded) showNewest();
+  else if (id && id !== active && (run?.run_id !== id || ENDED.includes(run.state))) openRun(id, store).catch(reportError);
+  active = id;
+}
+
+function mountChoices() {
+  for (const button of all("[data-lang]")) {
+    button.addEventListener("click", () => store.set({ lang: choose(button.dataset.lang) }));
+    store.on("lang", ({ lang }) => button.setAttribute("aria-pressed", button.dataset.lang === lang));
+  }
+  for (const button of all("[data-unit]")) button.addEventListener("click", () => store.set({ units: button.dataset.unit }));
+  store.on("rig", ({ rig: now }) => { $("simulation").hidden = !now?.simulated; });
+  $("simulation").addEventListener("toggle", ({ target }) => target.open && target.scrollIntoView());
+}

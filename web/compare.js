@@ -1,0 +1,49 @@
+// Two or more runs side by side, and whether they tell the same north.
+import { get } from "./api.js";
+import { near } from "./charts.js";
+import { fill, h } from "./dom.js";
+import { decimals, fixed } from "./format.js";
+import { columns, row, titled } from "./result.js";
+
+const sigma = (fit, k) => Math.sqrt(fit.covariance_deg2_h2[k][k]);
+const NUMBERS = {
+  "azimuth, °": (r) => [r.azimuth_deg, r.azimuth_sigma_deg],
+  "R, °/h": ({ gyro_fit: fit }) => [fit.R_deg_h, sigma(fit, 0)],
+  "a, °/h": ({ gyro_fit: fit }) => [fit.a_deg_h, sigma(fit, 1)],
+  "b, °/h": ({ gyro_fit: fit }) => [fit.b_deg_h, sigma(fit, 2)],
+  "tilt ε, °": ({ tilt }) => [tilt.epsilon_deg, tilt.sigma_deg],
+};
+
+export function mount(panel, store, t) {
+  async function show({ compare, lang }) {
+    if (compare.length < 2) return fill(panel, "", () => []);
+    const runs = await Promise.all(compare.map((id) => get(`/runs/${id}`)));
+    if (compare !== store.state.compare) return; // chosen anew meanwhile
+    fill(panel, compare.join() + lang, () => view(runs));
+    panel.scrollIntoView({ block: "nearest" });
+  }
+
+  function view(all) {
+    const runs = all.filter((run) => run.result);
+    const when = (run) => new Date(run.created).toLocaleString(document.documentElement.lang, { dateStyle: "medium", timeStyle: "short" });
+    const rows = Object.entries(NUMBERS).map(([name, pick]) => row(t(name), ...runs.map((run) => plusMinus(...pick(run.result)))));
+    rows.push(row(t("azimuth less the first's, °"), ...runs.map((run, k) => (k ? verdict(runs[0].result, run.result, t) : ""))));
+    return [
+      titled(t("Compare"), h("button.link", { type: "button", onclick: () => store.set({ compare: [] }) }, t("close"))),
+      h("div.scroll", { tabindex: 0, role: "region", "aria-label": t("Compare") }, h("table.rows", {}, h("thead", {}, columns(...runs.map((run) => [when(run), h("small", {}, run.rig_name)]))), h("tbody", {}, ...rows))),
+      h("p.note", {}, t("compare.note"), " ", runs.length < all.length ? t("{n} of the chosen runs have no result.", { n: all.length - runs.length }) : ""),
+    ];
+  }
+
+  store.on("compare", (state) => show(state).catch((problem) => fill(panel, problem.message, () => [h("p.error", { role: "alert" }, problem.message)])));
+}
+
+const plusMinus = (value, one) => `${fixed(value, decimals(2 * one))} ±${(2 * one).toFixed(decimals(2 * one))}`;
+
+// ISO 13528's E_n: the difference over its combined expanded uncertainty.
+function verdict(one, other, t) {
+  const apart = near(other.azimuth_deg - one.azimuth_deg, 0);
+  const both = Math.hypot(one.azimuth_sigma_deg, other.azimuth_sigma_deg);
+  const ratio = Math.abs(apart) / (2 * both);
+  return `${plusMinus(apart, both)} · ${t(ratio <= 1 ? "✓ consistent" : "▲ not consistent")}, E_n ${ratio.toFixed(2)}`;
+}

@@ -1,0 +1,137 @@
+// What runs, at a glance: north so far, the dial, the state, the time left.
+
+import { ENDED } from "./api.js";
+import { showGyro, showNorth as draw } from "./dial.js";
+import { $, all, fill, h, setIcon, write } from "./dom.js";
+import { azimuth, clock, duration, plusMinus } from "./format.js";
+import { t } from "./i18n.js";
+import { exaggeration, leftS, measured, north, phase, place, schedule } from "./run.js";
+
+const MOST_CELLS = 60; // more would be narrower than can be told apart
+const NUMBERS = "No One Two Three Four Five Six Seven Eight Nine Ten Eleven Twelve".split(" ");
+const LOOKS = {
+  queued: "measuring blue", running: "measuring blue", paused: "paused orange", completed: "done blue", failed: "stopped red",
+  interrupted: "warn orange", aborted: "ended quiet", doubtful: "warn orange", lost: "unknown orange", connecting: "unknown quiet",
+  ready: "live blue", busy: "measuring blue", starting: "unknown quiet", offline: "stopped red",
+};
+
+export function mount(store) {
+  store.on(["run", "estimates", "units", "loaded"], (state) => {
+    document.body.dataset.phase = phase(state);
+    document.body.dataset.state = state.run?.state ?? "";
+    showNorth(state);
+  });
+  store.on(["run", "visits", "estimates", "units"], showDial);
+  store.on(["run", "rig", "estimates"], (state) => {
+    showGyro((north(state)?.azimuth_deg ?? 0) - state.rig?.table?.angle_deg, state.run?.state === "failed");
+  });
+  store.on(["run", "visits", "progress", "connection", "loaded", "rig"], showState);
+  store.on(["run", "visits"], showCells);
+  store.on(["run", "loaded", "prediction", "rig"], showVerdict);
+  setInterval(() => showState(store.state), 1000);
+}
+
+const text = ({ value, sign }) => value + sign;
+
+function showNorth(state) {
+  const { run, units } = state;
+  const known = north(state);
+  const offset = run?.site?.reference_offset_deg;
+  const label = t(!run || run.state === "completed" ? "North" : "North so far");
+  const line = offset && known && text(azimuth((known.azimuth_deg + offset + 360) % 360, known.azimuth_sigma_deg, units));
+  write($("north-label"), label);
+  write($("reference"), line ? `${t("reference line")} ${line}` : "");
+  for (const button of all("[data-unit]")) button.setAttribute("aria-pressed", button.dataset.unit === units);
+  const shown = known ? azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units) : { value: "–", sign: "", sigma: "" };
+  const long = units === "dms" ? "longer" : (shown.value + shown.sigma + shown.sign).length > 14 ? "long" : "";
+  $("azimuth").className = `figures ${known ? "" : "unknown"} ${long}`;
+  write($("azimuth-value").firstChild, shown.value);
+  write($("azimuth-value").lastChild, shown.sign === "°" ? "°" : "");
+  write($("azimuth-u"), shown.sigma && shown.sigma + shown.sign);
+  $("azimuth-sigma").hidden = !known;
+  document.title = known ? `${text(shown)} · northfinder` : "northfinder";
+}
+
+function showDial(state) {
+  const { run, visits, units } = state;
+  const known = north(state);
+  const planned = run ? schedule(run) : [];
+  const angles = [...new Set(planned.map((visit) => visit.angle_deg))];
+  const done = new Set(measured(visits).map((visit) => visit.angle_deg));
+  const next = planned[measured(visits).length]?.angle_deg;
+  const factor = exaggeration(run?.prediction?.azimuth_sigma_deg ?? known?.azimuth_sigma_deg);
+  const where = known && text(azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units));
+  draw({
+    azimuthDeg: known?.azimuth_deg ?? null, sigmaDeg: known?.azimuth_sigma_deg ?? 0, factor, angles,
+    states: angles.map((deg) => (done.has(deg) ? "on" : run.state === "failed" && deg === next ? "bad" : "")),
+    label: known ? t("dial.known", { north: where, done: done.size, all: angles.length }) : t("dial.unknown"),
+    note: known ? t("dial.note", { factor }) : run ? t("dial.mark") : "",
+  });
+}
+
+function showState(state) {
+  const name = stateName(state);
+  const [shape, colour] = LOOKS[name].split(" ");
+  const line = $("run-state");
+  write(line.querySelector("b"), t(`state.${name}`));
+  setIcon(line, shape);
+  line.className = colour;
+  write($("run-detail"), state.run && name !== "lost" ? details(state) : "");
+  write($("announce"), t(`state.${name}`));
+}
+
+function stateName({ run, rig, connection, loaded }) {
+  if (connection === "lost") return "lost";
+  if (run?.state === "completed" && run.result?.checks.some((check) => check.status === "fail")) return "doubtful";
+  return run?.state ?? ((loaded && rig?.state) || "connecting");
+}
+
+function details(state) {
+  const { run, visits, progress } = state;
+  const planned = schedule(run);
+  const place_now = place(planned, measured(visits).length);
+  const at = t(place_now.direction === "back" ? "position {n} of {of} back" : "position {n} of {of} outward", place_now);
+  const time = ENDED.includes(run.state) && run.started && run.finished && duration((Date.parse(run.finished) - Date.parse(run.started)) / 1000);
+  const left_s = leftS(state);
+  const said = {
+    queued: [],
+    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`) : at, left_s !== null && t("{time} left", { time: duration(left_s) })],
+    completed: [run.finished && clock(run.finished), time && t("{n} visits in {time}", { n: planned.length, time })],
+  }[run.state] ?? [t("at {place}", { place: at }), time && t("after {time}", { time })];
+  return said.filter(Boolean).join(" · ");
+}
+
+function showCells({ run, visits, lang }) {
+  const planned = run && run.state !== "completed" ? schedule(run) : [];
+  const done = measured(visits).length;
+  fill($("cells"), [run?.run_id, run?.state, done, planned.length, lang], () =>
+    ["out", "back"].map((direction) => leg(planned, direction, done, run?.state === "failed")));
+}
+
+function leg(planned, direction, done, failed) {
+  const at = [...planned.keys()].filter((k) => planned[k].direction === direction);
+  if (!at.length) return null;
+  const finished = at.filter((k) => k < done).length;
+  const cells = at.length > MOST_CELLS
+    ? [h("i.on", { style: `flex:0 0 ${(100 * finished) / at.length}%` })]
+    : at.map((k) => h("i", { class: k < done ? "on" : k > done ? "" : failed ? "bad" : "now" }));
+  return h("div", {}, h(cells.length > 1 ? "div.row" : "div.row.bar", {}, ...cells), `${t(direction)} `, h("b", {}, String(finished)), ` ${t("of {n}", { n: at.length })}`);
+}
+
+function showVerdict({ run, rig, prediction, loaded, lang }) {
+  let words = "";
+  if (!run && loaded && prediction) {
+    const { positions, dwell_s } = prediction.plan;
+    words = t("say.first", { n: positions, dwell: Number(dwell_s.toPrecision(3)), time: duration(prediction.duration_s / (rig?.speed || 1)), u: plusMinus(prediction.azimuth_sigma_deg) });
+  }
+  if (run?.state === "completed" && run.result) words = verdict(run.result.checks, lang);
+  write($("verdict"), words);
+}
+
+function verdict(checks, lang) {
+  return ["pass", "warn", "fail"].map((status) => {
+    const those = checks.filter((check) => check.status === status);
+    const n = (lang === "en" && NUMBERS[those.length]) || those.length;
+    return those.length ? t(`say.${status}${those.length > 1 ? "s" : ""}`, { n, names: those.map((check) => t(check.name)).join(t(", ")) }) : "";
+  }).join(" ").trim();
+}

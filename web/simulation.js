@@ -1,0 +1,44 @@
+// The simulated world, its truth and its faults, to be changed while it runs. Hardware has none.
+import { del, get, patch, post } from "./api.js";
+import { h, write } from "./dom.js";
+
+const FIELDS = {
+  azimuth_deg: ["azimuth", "°"], pitch_deg: ["pitch", "°"], roll_deg: ["roll", "°"], gyro_noise_deg_sqrt_h: ["gyro noise", "°/√h"], gyro_bias_deg_h: ["gyro bias", "°/h"],
+  gyro_drift_deg_h_h: ["gyro drift", "°/h²"], gyro_bias_instability_deg_h: ["bias instability", "°/h"], accel_noise_g_sqrt_hz: ["accelerometer noise", "g/√Hz"],
+  drop_per_byte: ["drop", "/byte"], corrupt_per_byte: ["corrupt", "/byte"], delay_s: ["delay", "s"], silent: ["silent"], blocked_at_deg: ["blocked at", "°"], short_by_deg: ["short by", "°"],
+};
+
+/** Fill `panel` when its fold opens. */
+export function mount(panel, store, t) {
+  const said = h("p.error", { role: "alert" });
+  const report = (problem) => write(said, problem.message);
+  panel.closest("details").addEventListener("toggle", ({ target }) => target.open && load().catch(report));
+  store.on("lang", () => panel.childElementCount && load().catch(report));
+
+  async function load() {
+    const [truth, { faults }] = await Promise.all([get("/rig/simulation"), get("/rig/simulation/faults")]);
+    const clear = () => del("/rig/simulation/faults").then(load).catch(report);
+    write(said, "");
+    panel.replaceChildren(
+      h("p.note", {}, t("simulation.note")), group(t("Truth"), "truth", truth, (change) => patch("/rig/simulation", change)),
+      ...Object.entries(faults).map(([device, its]) => group(t(`Faults: ${device}`), device, its, (change) => post("/rig/simulation/faults", { device, ...change }))),
+      h("button", { type: "button", onclick: clear }, t("Clear all faults")), said,
+    );
+  }
+
+  const group = (legend, name, values, send) => h("fieldset", {}, h("legend", {}, legend), ...Object.keys(values).filter((key) => key in FIELDS).map((key) => field(`${name}-${key}`, key, values[key], send)));
+
+  // Each value goes out when it is left; what the service refuses stands beside it.
+  function field(id, key, value, send) {
+    const [word, unit] = FIELDS[key];
+    const error = h("p.error", { id: `${id}-error`, role: "alert" });
+    const change = async ({ target }) => {
+      const typed = target.value.trim().replace("−", "-").replace(",", ".");
+      const answer = await send({ [key]: unit ? (typed === "" ? null : Number.isNaN(+typed) ? typed : +typed) : target.checked }).then(() => null, (problem) => problem);
+      target.setAttribute("aria-invalid", Boolean(answer));
+      write(error, answer ? answer.errors?.[0]?.message ?? answer.message : "");
+    };
+    const kind = unit ? { inputmode: "decimal", autocomplete: "off", value: value ?? "" } : { type: "checkbox", checked: value };
+    return h("div.field", {}, h("label", { for: id }, t(word)), h(unit ? "span.box" : "span", {}, h("input", { id, "aria-describedby": error.id, onchange: change, ...kind }), unit ? h("i", {}, unit) : null), error);
+  }
+}
