@@ -1,27 +1,27 @@
-# make serve      find north on the simulated instruments
+# make serve      the service with the simulated rig, http://127.0.0.1:8000
 # make test       lint, types, import contracts and every test; what CI runs
-# make test-quick the tests alone, without the slow and the timed ones
+# make test-quick the tests that need neither browser nor PostgreSQL, without slow and timed ones
 # make check      lint, types, import contracts only
-# make proof      the long forms: 60 s loads, large statistics, fresh environments
+# make proof      the long forms: 60 s loads, kills, large statistics, fresh environments
 
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
 
-.PHONY: serve test test-quick check proof clean
+.PHONY: serve test test-quick check proof clean system-packages
 
 serve: .venv/installed
-	$(BIN)/northfinder seek
+	$(BIN)/northfinder serve
 
-test: check
+test: check system-packages
 	$(BIN)/coverage run -m pytest tests/codecs tests/estimators -m "not proof and not speed"
 	$(BIN)/coverage report --include='drivers/codecs/*,northfinder/estimators/*' --fail-under=100
 	$(PYTEST) --ignore=tests/codecs --ignore=tests/estimators -m "not proof and not speed"
 	$(PYTEST) -m "speed and not proof"
 
 test-quick: .venv/installed-dev
-	@echo "test-quick: without lint, types, coverage, timed and long tests"
-	$(PYTEST) -m "not proof and not speed and not slow"
+	@echo "test-quick: without lint, types, coverage, browser, PostgreSQL, timed and long tests"
+	$(PYTEST) --ignore=tests/page -m "not proof and not speed and not slow and not postgresql"
 
 check: .venv/installed-dev
 	$(BIN)/ruff format --check .
@@ -30,9 +30,12 @@ check: .venv/installed-dev
 	$(BIN)/mypy --platform win32
 	$(BIN)/lint-imports
 
-proof: .venv/installed-dev
+proof: .venv/installed-dev system-packages
 	$(BIN)/northfinder bench --require
 	$(PYTEST) -m proof
+
+system-packages:
+	tests/install-system-packages
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

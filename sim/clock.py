@@ -72,7 +72,7 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
 class _PacedSelector(selectors.DefaultSelector):
     """Wait for the wall where time is ahead of it; where it is behind, step without waiting.
 
-    ``_now_s`` should be ``_anchor_s`` plus ``speed`` times the wall's seconds since
+    ``now_s`` should be ``_anchor_s`` plus ``speed`` times the wall's seconds since
     ``_anchor_wall_s``. It never exceeds that, and never passes a deadline that is still to come.
     """
 

@@ -3,13 +3,13 @@
 import itertools
 import os
 import shutil
-import signal
 import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, LiteralString
+from typing import IO, Any, LiteralString
 
+import psutil
 import psycopg
 import pytest
 from psycopg import sql
@@ -17,17 +17,20 @@ from sqlalchemy import URL, make_url
 
 from northfinder.records import Records
 
-# Runs inside pg_virtualenv, whose end removes the server; ends when our end of the pipe closes.
+# Runs inside pg_virtualenv, whose end removes the server; ends when our end of its stdin closes.
+# It answers through a pipe of its own: on a closed stdout pg_virtualenv never ends cleaning up.
 _INSIDE = r"""
-echo "at $PGUSER $PGPASSWORD $PGPORT"
+echo "$PGUSER $PGPASSWORD $PGPORT" >&"$1"
 while read -r action; do
     case $action in
         stop) pg_ctlcluster --mode immediate "$PGVERSION" regress stop ;;
         start) pg_ctlcluster "$PGVERSION" regress start ;;
     esac </dev/null >/dev/null 2>&1
-    echo "result $?"
+    echo "$?" >&"$1"
 done
 """
+# Whatever the locale of those who run the tests.
+_CLUSTER = "--encoding UTF8 --locale C.UTF-8"
 
 
 def name_of(url: str) -> str:
@@ -38,9 +41,10 @@ def name_of(url: str) -> str:
 class PostgresqlServer:
     """A server of its own, as root and as any other user; it keeps nothing on the disk in time."""
 
-    def __init__(self, process: "subprocess.Popen[str]") -> None:
-        self._process = process
-        user, password, port = self._answer("at ").split()
+    def __init__(self, orders: IO[str], answers: IO[str]) -> None:
+        self._orders = orders
+        self._answers = answers
+        user, password, port = self._answer().split()
         self._url = URL.create(
             "postgresql+psycopg", user, password, "localhost", int(port), "postgres"
         )
@@ -91,13 +95,14 @@ class PostgresqlServer:
                 " WHERE datname = %s AND application_name = 'northfinder'",
                 [name_of(url)],
             ).fetchall()
-        for (pid,) in pids:
-            os.kill(pid, signal.SIGSTOP)
+        processes = [psutil.Process(pid) for (pid,) in pids]
+        for process in processes:
+            process.suspend()
         try:
             yield
         finally:
-            for (pid,) in pids:
-                os.kill(pid, signal.SIGCONT)
+            for process in processes:
+                process.resume()
 
     def wait_for_a_lock(self, url: str) -> None:
         """Return once somebody in a database waits for a lock."""
@@ -127,17 +132,14 @@ class PostgresqlServer:
         return self._url.set(database=name).render_as_string(hide_password=False)
 
     def _tell(self, action: str) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write(f"{action}\n")
-        self._process.stdin.flush()
-        assert self._answer("result ") == "0", f"the server did not {action}"
+        self._orders.write(f"{action}\n")
+        self._orders.flush()
+        assert self._answer() == "0", f"the server did not {action}"
 
-    def _answer(self, start: str) -> str:
-        assert self._process.stdout is not None
-        for line in self._process.stdout:
-            if line.startswith(start):
-                return line.removeprefix(start).strip()
-        pytest.fail("pg_virtualenv ended; what it wrote to stderr says why")
+    def _answer(self) -> str:
+        answer = self._answers.readline().strip()
+        assert answer, "pg_virtualenv ended; what it wrote to stderr says why"
+        return answer
 
 
 @contextmanager
@@ -145,14 +147,23 @@ def throw_away_server() -> Iterator[PostgresqlServer]:
     """Start a server for as long as the context lasts: 3 s."""
     if shutil.which("pg_virtualenv") is None:
         pytest.fail("pg_virtualenv is missing: apt-get install postgresql postgresql-common")
-    command = ["pg_virtualenv", "-t", "sh", "-c", _INSIDE]
-    pipe = subprocess.PIPE
-    # In a session of its own: Ctrl-C is for pytest, which closes the pipe.
-    with subprocess.Popen(
-        command, stdin=pipe, stdout=pipe, text=True, start_new_session=True
-    ) as process:
-        yield PostgresqlServer(process)
-        process.communicate()
+    reading, writing = os.pipe()
+    command = ["pg_virtualenv", "-t", "-c", _CLUSTER, "sh", "-c", _INSIDE, "sh", str(writing)]
+    with (
+        open(reading, encoding="ascii") as answers,
+        # In a session of its own: Ctrl-C is for pytest, whose end closes its stdin.
+        subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=2,
+            pass_fds=[writing],
+            start_new_session=True,
+            text=True,
+        ) as process,
+    ):
+        os.close(writing)
+        assert process.stdin is not None
+        yield PostgresqlServer(process.stdin, answers)
 
 
 @pytest.fixture(scope="session")

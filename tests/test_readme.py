@@ -15,5 +15,5 @@ def test_the_pasted_output_is_that_of_a_run(tmp_path: Path) -> None:
         [*command, "--database", database], capture_output=True, text=True, check=True
     )
     printed = [line.rstrip() for line in done.stdout.splitlines()]
-    pasted = README.read_text(encoding="utf-8").split("$ make serve\n")[1].split("\n[...]")[0]
+    pasted = README.read_text(encoding="utf-8").split("$ northfinder seek\n")[1].split("\n[...]")[0]
     assert printed[: len(pasted.splitlines())] == pasted.splitlines()

@@ -52,8 +52,9 @@ function showMessage(state) {
   const { run, visits, units } = state;
   const planned = schedule(run);
   const n = measured(visits).length;
-  const message = (run.state === "failed" && run.error) || t(`say.${run.state}`);
-  const end = message.search(/[.:;] /) + 1; // the first clause is the headline
+  const error = run.state === "failed" && run.error?.replace(/^visit [^:]*: /, ""); // the page shows where by itself
+  const message = error || t(`say.${run.state}`);
+  const end = message.search(/[.;] /) + 1; // the first clause is the headline
   setIcon($("message"), SHAPES[run.state]);
   write($("what"), end ? message.slice(0, end - 1) + "." : message);
   write($("what-more"), end ? message[end + 1].toUpperCase() + message.slice(end + 2) : "");

@@ -108,7 +108,12 @@ function notes(state, t, look, { rest, value, north }) {
     if (roomy) annotations.push(label(t("gyro faces north at {deg}°", { deg }), north, 0, { yref: "y domain", font: { color: look.ink2 }, ...beside(north) }));
   }
   const far = rest[Math.floor(0.6 * rest.length)];
-  if (roomy && rest.length > 2) annotations.push(label(t(value ? "still to measure" : "{n} angles to measure", { n: rest.length }), far, value?.(far) ?? 0, { xanchor: far > 270 ? "right" : "left", yanchor: "top", yshift: -look.size }));
+  if (roomy && rest.length > 2) {
+    const right = far <= 270;
+    const below = !value || (value(far + 1) > value(far)) === right; // clear of the curve
+    const text = t(value ? "still to measure" : "{n} angles to measure", { n: rest.length });
+    annotations.push(label(text, far, value?.(far) ?? 0, { xanchor: right ? "left" : "right", yanchor: below ? "top" : "bottom", yshift: below ? -look.size : look.size }));
+  }
   const k = measured(visits).length;
   const missed = run?.state === "failed" && planned(state)[k]?.angle_deg;
   if (missed || missed === 0) {

@@ -134,8 +134,6 @@ def _limits(stillness: Stillness) -> str:
     a_turn, a_tilt = f"a turn of {turn / DEG:.2g} deg", f"a tilt of {tilt / DEG:.2g} deg"
     if max(turn, tilt) < _UNSEEN_RAD:
         return f"{a_turn.capitalize()} or {a_tilt} would have shown."
-    if turn < _UNSEEN_RAD:
-        return f"{a_turn.capitalize()} would have shown, but not every tilt."
     if tilt < _UNSEEN_RAD:
         return f"{a_tilt.capitalize()} would have shown, but no turn."
     return "Neither a turn nor a tilt would be sure to have shown."

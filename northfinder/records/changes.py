@@ -1,16 +1,26 @@
 """What changes a run inside a transaction: its state, its events, its lease."""
 
+import hashlib
+import secrets
+from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Final
 
 from sqlalchemy import func, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from northfinder.records.entries import EventName, RunEvent
-from northfinder.records.errors import HeldElsewhereError, IllegalStepError, UnknownRunError
+from northfinder.records.entries import EventName, NewRun, RunEvent
+from northfinder.records.errors import (
+    HeldElsewhereError,
+    IdempotencyKeyUsedError,
+    IllegalStepError,
+    UnknownRunError,
+)
 from northfinder.records.holders import Holder
 from northfinder.records.portable_json import JsonObject, require_json
 from northfinder.records.queries import event_of, unknown
+from northfinder.records.samples import Stream, encode_samples
 from northfinder.records.states import (
     ENDED,
     LEGAL_STEPS,
@@ -19,9 +29,20 @@ from northfinder.records.states import (
     State,
     require_legal_step,
 )
-from northfinder.records.tables import EventRow, RunRow, VisitRow
+from northfinder.records.tables import EventRow, RunRow, SamplesRow, VisitRow
+from northfinder.samples import Samples
 
 LEASE_S: Final = 30.0
+_COPIED = (
+    "kind",
+    "rig_name",
+    "plan",
+    "prediction",
+    "site",
+    "rig",
+    "simulation",
+    "software",
+)
 
 
 def locked(session: Session, run_id: str) -> RunRow:
@@ -87,8 +108,11 @@ def require_new_visit(session: Session, row: RunRow, index: int) -> None:
         raise IllegalStepError(msg, row.id, row.state, LEGAL_STEPS[row.state])
 
 
-def abandoned(session: Session, rig_name: str) -> list[RunRow]:
-    """Return a rig's unfinished runs that nobody carries out any more, locked."""
+def abandoned(session: Session, rig_name: str, asker: Holder) -> list[RunRow]:
+    """Return a rig's unfinished runs that nobody carries out any more, locked.
+
+    Those of the asker are not: it lives, even if it could not renew its lease for a while.
+    """
     unfinished = (RunRow.rig_name == rig_name, RunRow.state.in_(LIVE))
     ids = session.scalars(select(RunRow.id).where(*unfinished)).all()
     if not ids:
@@ -96,14 +120,15 @@ def abandoned(session: Session, rig_name: str) -> list[RunRow]:
     still = select(RunRow).where(RunRow.id.in_(ids), *unfinished).order_by(RunRow.id)
     rows = session.scalars(still.with_for_update()).all()
     now_utc = _now_utc(session)
-    return [row for row in rows if _is_over(row, now_utc)]
+    return [row for row in rows if _is_over(row, asker, now_utc)]
 
 
-def _is_over(row: RunRow, now_utc: datetime) -> bool:
+def _is_over(row: RunRow, asker: Holder, now_utc: datetime) -> bool:
     """Return whether a lease has expired, or its holder is gone; older records have none."""
     if row.lease_holder is None or row.lease_expires_utc is None:
         return True
-    return row.lease_expires_utc < now_utc or Holder.from_text(row.lease_holder).is_gone()
+    holder = Holder.from_text(row.lease_holder)
+    return holder != asker and (row.lease_expires_utc < now_utc or holder.is_gone())
 
 
 def enter(session: Session, row: RunRow, state: State, detail: JsonObject) -> RunEvent:
@@ -144,3 +169,52 @@ def _now_utc(session: Session) -> datetime:
         return datetime.now(UTC)  # an SQLite file is used by one host
     now: datetime = session.scalars(select(func.clock_timestamp())).one()
     return now
+
+
+def new_row(new: NewRun, holder: Holder) -> RunRow:
+    """Return a queued run under a new id, for its holder."""
+    created_utc = datetime.now(UTC)
+    fields = {name: getattr(new, name) for name in _COPIED}
+    return RunRow(
+        id=f"{created_utc:%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}",
+        state="queued",
+        created_utc=created_utc,
+        started_utc=None,
+        finished_utc=None,
+        result=None,
+        error=None,
+        progress=0.0,
+        headline=None,
+        last_seq=0,
+        lease_holder=holder.to_text(),
+        idempotency_key=new.idempotency and new.idempotency.key,
+        request_sha256=new.idempotency and new.idempotency.request_sha256,
+        **fields,
+    )
+
+
+def flush_unless_key_is_used(session: Session, new: NewRun) -> None:
+    """Insert a new run.
+
+    Raises:
+        IdempotencyKeyUsedError: An earlier request had its key.
+    """
+    try:
+        session.flush()
+    except IntegrityError as error:
+        if new.idempotency is None or "idempotency_key" not in str(error.orig):
+            raise
+        msg = f"an earlier request had the idempotency key {new.idempotency.key!r}; choose another"
+        raise IdempotencyKeyUsedError(msg) from error
+
+
+def sample_rows(run_id: str, index: int, samples: Mapping[Stream, Samples]) -> list[SamplesRow]:
+    """Return a visit's raw samples as rows."""
+    rows = []
+    for stream, part in samples.items():
+        blob = encode_samples(part)
+        sha256 = hashlib.sha256(blob).hexdigest()
+        rows.append(
+            SamplesRow(run_id=run_id, visit_index=index, stream=stream, arrow=blob, sha256=sha256)
+        )
+    return rows

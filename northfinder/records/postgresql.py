@@ -17,6 +17,7 @@ _PARAMETERS = {
     "keepalives_count": "3",
     "tcp_user_timeout": str(_PATIENCE_S * 1000),
     "application_name": "northfinder",
+    "client_encoding": "utf8",  # where a database says none, its texts would come as bytes
 }
 _SETTINGS = {
     "statement_timeout": _PATIENCE_S,

@@ -1,15 +1,11 @@
 """The records: plain synchronous calls, each one a transaction."""
 
-import hashlib
-import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
-from datetime import UTC, datetime
 from typing import Self
 
 from sqlalchemy import Engine, func, select, update
-from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from northfinder.records import changes, queries
@@ -22,26 +18,15 @@ from northfinder.records.entries import (
     RunEvent,
     VisitStatistics,
 )
-from northfinder.records.errors import IdempotencyKeyUsedError, RecordsError
+from northfinder.records.errors import RecordsError
 from northfinder.records.holders import Holder
 from northfinder.records.portable_json import JsonObject, require_json
-from northfinder.records.samples import Stream, encode_samples
+from northfinder.records.samples import Stream
 from northfinder.records.schema import ensure_schema
 from northfinder.records.sqlite import for_writing
 from northfinder.records.states import LIVE, RESUMABLE, SettableState, State
-from northfinder.records.tables import EventRow, RunRow, SamplesRow, VisitRow
+from northfinder.records.tables import EventRow, RunRow, VisitRow
 from northfinder.samples import Samples
-
-_COPIED = (
-    "kind",
-    "rig_name",
-    "plan",
-    "prediction",
-    "site",
-    "rig",
-    "simulation",
-    "software",
-)
 
 
 class Records:
@@ -98,10 +83,9 @@ class Records:
             IdempotencyKeyUsedError: An earlier request had this key.
         """
         with self._transaction() as session:
-            row = _new_row(new)
-            row.lease_holder = self._holder.to_text()
+            row = changes.new_row(new, self._holder)
             session.add(row)
-            _flush_unless_key_is_used(session, new)
+            changes.flush_unless_key_is_used(session, new)
             changes.tell(session, row, "state", {"state": "queued"})
             return queries.entry_of(Run, row)
 
@@ -199,7 +183,7 @@ class Records:
                 process holds it.
             UnknownRunError: No such run.
         """
-        parts = _sample_rows(run_id, visit.index, samples)
+        parts = changes.sample_rows(run_id, visit.index, samples)
         with self._transaction() as session:
             row = changes.locked(session, run_id)
             changes.require_state(row, "takes no visits", "running")
@@ -244,7 +228,7 @@ class Records:
         with self._transaction() as session:
             return [
                 changes.enter(session, row, "interrupted", {"detail": "its program ended"})
-                for row in changes.abandoned(session, rig_name)
+                for row in changes.abandoned(session, rig_name, self._holder)
             ]
 
     def renew_leases(self) -> int:
@@ -363,44 +347,3 @@ class Records:
     def _snapshot(self) -> Iterator[Session]:
         with sentences(self._engine), Session(self._engine) as session:
             yield session
-
-
-def _new_row(new: NewRun) -> RunRow:
-    created_utc = datetime.now(UTC)
-    fields = {name: getattr(new, name) for name in _COPIED}
-    return RunRow(
-        id=f"{created_utc:%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}",
-        state="queued",
-        created_utc=created_utc,
-        started_utc=None,
-        finished_utc=None,
-        result=None,
-        error=None,
-        progress=0.0,
-        headline=None,
-        last_seq=0,
-        idempotency_key=new.idempotency and new.idempotency.key,
-        request_sha256=new.idempotency and new.idempotency.request_sha256,
-        **fields,
-    )
-
-
-def _flush_unless_key_is_used(session: Session, new: NewRun) -> None:
-    try:
-        session.flush()
-    except IntegrityError as error:
-        if new.idempotency is None or "idempotency_key" not in str(error.orig):
-            raise
-        msg = f"an earlier request had the idempotency key {new.idempotency.key!r}; choose another"
-        raise IdempotencyKeyUsedError(msg) from error
-
-
-def _sample_rows(run_id: str, index: int, samples: Mapping[Stream, Samples]) -> list[SamplesRow]:
-    rows = []
-    for stream, part in samples.items():
-        blob = encode_samples(part)
-        sha256 = hashlib.sha256(blob).hexdigest()
-        rows.append(
-            SamplesRow(run_id=run_id, visit_index=index, stream=stream, arrow=blob, sha256=sha256)
-        )
-    return rows

@@ -8,6 +8,7 @@ from fastapi import APIRouter, FastAPI
 
 from northfinder.config import RigConfig
 from northfinder.records import Records
+from northfinder.rig import Rig
 from northfinder.service import routes
 from northfinder.service.docs_page import docs_routes
 from northfinder.service.hub import Hub
@@ -22,7 +23,7 @@ from northfinder.service.shell import shell
 from northfinder.service.static_files import page_files, static_routes
 from northfinder.service.worker import Worker
 from northfinder.software import version
-from northfinder.wiring import with_latitude, with_speed
+from northfinder.wiring import build_rig, require_finite_speed, with_latitude, with_speed
 
 SPEED = 20.0  # of a simulated rig whose configuration names none: a technician sees it work
 
@@ -38,9 +39,12 @@ def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -
         records: Where runs are kept; the caller's to close.
 
     Raises:
-        ConfigError: The rig cannot be simulated at that speed, or the page is missing.
+        ConfigError: The configuration describes no rig, nobody could follow its speed, or the
+            page is missing.
     """
     config = with_speed(with_latitude(config), SPEED)
+    require_finite_speed(config)
+    bench = build_rig(config)
     files = page_files()
     metrics = Metrics()
     sessions = Sessions()
@@ -50,7 +54,7 @@ def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -
         version=version(),
         description="Finds true north with a gyro and an accelerometer on a turntable.",
         middleware=shell(settings, metrics, sessions, guesses, {*files, "/healthz"}),
-        lifespan=lambda app: _running(app, config, records, metrics),
+        lifespan=lambda app: _running(app, bench, records, metrics),
         responses=problem_responses(400, 401, 403, 413, 422, 500, 503),
         docs_url=None,
         redoc_url=None,
@@ -69,12 +73,12 @@ def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -
 
 @asynccontextmanager
 async def _running(
-    app: FastAPI, config: RigConfig, records: Records, metrics: Metrics
+    app: FastAPI, bench: Rig, records: Records, metrics: Metrics
 ) -> AsyncIterator[None]:
     hub = Hub(records, asyncio.get_running_loop())
-    thread = RigThread(config, Worker(config, records, hub.publish))
-    feed = RigFeed(config, thread)
-    app.state.parts = Parts(config, records, thread, feed, hub, metrics)
+    thread = RigThread(bench.config, Worker(bench, records, hub.publish))
+    feed = RigFeed(bench.config, thread)
+    app.state.parts = Parts(bench.config, records, thread, feed, hub, metrics)
     thread.start()
     tasks = [
         asyncio.create_task(feed.keep_asking(), name="rig feed"),

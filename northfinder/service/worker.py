@@ -10,7 +10,6 @@ from typing import Any
 import structlog
 
 from drivers.errors import DriverError
-from northfinder.config import RigConfig
 from northfinder.errors import NorthfinderError
 from northfinder.formatting import sentence_of
 from northfinder.procedures.north_seek import Plan
@@ -23,10 +22,9 @@ from northfinder.records import (
     Run,
     Writer,
 )
-from northfinder.rig import Rig
+from northfinder.rig import Rig, Simulation
 from northfinder.service.errors import RigBusyError, RigOfflineError
 from northfinder.telemetry import RigTelemetry
-from northfinder.wiring import build_rig
 
 JsonObject = dict[str, Any]
 
@@ -39,17 +37,17 @@ class Worker:
     """One rig and what it is doing.
 
     Args:
-        config: The rig.
+        bench: The rig, not open yet; one for ever, as a simulated world outlives its closing.
         records: Where runs are kept.
         publish: Receives every event of every run, once it is durable.
     """
 
-    def __init__(self, config: RigConfig, records: Records, publish: Publish) -> None:
-        self._config = config
+    def __init__(self, bench: Rig, records: Records, publish: Publish) -> None:
+        self._bench = bench
         self._records = records
         self._publish = publish
         self._writer = Writer(records)
-        self._rig: Rig | None = None
+        self._rig: Rig | None = None  # the bench while it is open
         self._telemetry: RigTelemetry | None = None
         self._offline = "the instruments are being opened"
         self._opening = True
@@ -87,7 +85,7 @@ class Worker:
     async def interrupt_abandoned(self) -> None:
         """Mark this rig's runs whose process is gone; they can be resumed then."""
         try:
-            events = await self._writer.interrupt_abandoned(self._config.site.name)
+            events = await self._writer.interrupt_abandoned(self._bench.name)
         except RecordsError as error:
             self._note_trouble(error)
             return
@@ -196,6 +194,11 @@ class Worker:
             raise RigOfflineError(self._offline)
         return self._rig
 
+    @property
+    def simulation(self) -> Simulation | None:
+        """Return the simulated world, also of a rig that is offline: its faults can be mended."""
+        return self._bench.simulation
+
     def warn_of_change(self, changes: JsonObject) -> None:
         """Tell the run that is on of a change of the simulated world."""
         if self._run is not None:
@@ -226,7 +229,7 @@ class Worker:
         }
 
     async def _keep_open(self) -> None:
-        async with build_rig(self._config) as rig, RigTelemetry(rig) as telemetry:
+        async with self._bench as rig, RigTelemetry(rig) as telemetry:
             await rig.stop()  # it may still turn after a crash
             await self.interrupt_abandoned()
             self._rig, self._telemetry, self._opening = rig, telemetry, False
@@ -296,8 +299,8 @@ class Worker:
         return [
             {
                 "role": role,
-                "driver": getattr(self._config, role).driver,
-                "link": getattr(self._config, role).link,
+                "driver": getattr(self._bench.config, role).driver,
+                "link": getattr(self._bench.config, role).link,
                 "identity": None,
                 "state": "offline",
                 "detail": self._offline,

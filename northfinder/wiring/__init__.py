@@ -2,7 +2,7 @@
 
 from northfinder.wiring.build import build_rig
 from northfinder.wiring.defaults import is_simulated, with_latitude, with_speed
-from northfinder.wiring.loops import event_loop, serving_loop
+from northfinder.wiring.loops import event_loop, require_finite_speed, serving_loop
 from northfinder.wiring.serving import serve_simulation
 from northfinder.wiring.world import SimulatedWorld, build_world
 
@@ -13,6 +13,7 @@ __all__ = [
     "event_loop",
     "is_simulated",
     "serve_simulation",
+    "require_finite_speed",
     "serving_loop",
     "with_latitude",
     "with_speed",

@@ -32,8 +32,16 @@ def serving_loop(config: RigConfig) -> Callable[[], AbstractEventLoop]:
     Raises:
         ConfigError: An infinite speed: nobody outside could follow.
     """
-    speed = config.simulation.speed or 1.0
-    if math.isinf(speed):
-        msg = "other programs cannot follow an infinite simulation speed: give a finite one"
+    require_finite_speed(config)
+    return lambda: ScaledTimeLoop(config.simulation.speed or 1.0)
+
+
+def require_finite_speed(config: RigConfig) -> None:
+    """Refuse a rig that is as fast as it goes where somebody is to follow it.
+
+    Raises:
+        ConfigError: It is.
+    """
+    if math.isinf(config.simulation.speed or 1.0):
+        msg = "nobody could follow an infinite simulation speed: give a finite one"
         raise ConfigError(msg)
-    return lambda: ScaledTimeLoop(speed)

@@ -147,7 +147,7 @@ def test_a_failed_run_exits_with_1_and_is_shown_with_its_reason(
         ("runs show nothing", 1, "there is no run 'nothing': nothing has been recorded yet"),
         ("runs recompute", 2, "Missing argument 'RUN_ID'. See northfinder runs recompute --help."),
         ("plan --sim-gyro-noise -1", 2, "gyro_noise_deg_sqrt_h = -1.0: should be greater than"),
-        ("sim --sim-speed inf", 2, "cannot follow an infinite simulation speed"),
+        ("sim --sim-speed inf", 2, "could follow an infinite simulation speed"),
         ("nonsense", 2, "No such command 'nonsense'"),
     ],
 )

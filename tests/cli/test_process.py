@@ -73,7 +73,7 @@ def test_a_mistake_exits_with_2_and_no_traceback(tmp_path: Path) -> None:
 
 def state_of_the_run(url: str) -> tuple[str, int]:
     with Records.open(url) as store:
-        (run,) = store.runs()
+        (run,) = store.page(2).runs
         return run.state, len(store.visits(run.id))
 
 
@@ -97,7 +97,7 @@ def wait_for_a_visit(url: str) -> None:
     deadline_s = time.monotonic() + 20.0
     while time.monotonic() < deadline_s:
         with Records.open(url) as store:
-            if any(store.visits(run.id) for run in store.runs()):
+            if any(store.visits(run.id) for run in store.page(2).runs):
                 return
         time.sleep(0.05)
     pytest.fail("no visit within 20 s")

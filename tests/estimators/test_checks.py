@@ -10,6 +10,7 @@ from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
 from northfinder.estimators.azimuth import EarthRate
 from northfinder.estimators.checks import (
     Check,
+    NoiseSource,
     check_drift,
     check_earth_rate,
     check_invalid_samples,
@@ -49,7 +50,7 @@ def test_residuals_are_held_against_the_given_sigma(scale: float, status: str, w
 
 
 def test_residuals_are_held_against_the_scatter_within_visits_where_no_sigma_is_given() -> None:
-    within = "seen within the visits"
+    within: NoiseSource = "seen within the visits"
     good = check_residuals(revolution(), np.full(24, SIGMA), within, "accelerometer")
     assert good.name == "accelerometer residuals"
     assert good.status == "pass"

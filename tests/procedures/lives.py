@@ -21,7 +21,7 @@ EIGHT = Plan(positions=8, dwell_s=1.0, settle_s=0.1)
 Watch = Callable[[World, Gate, Event], None]
 
 
-class Crash(Exception):
+class CrashError(Exception):
     """The process went away."""
 
 
@@ -33,7 +33,6 @@ class Life:
     events: list[Event] = field(default_factory=list)
     result: JsonObject | None = None
     refusal: str = ""
-    homings: int = 0
 
     @property
     def completed(self) -> JsonObject:
@@ -78,7 +77,7 @@ def live(
 
     try:
         virtually(config, begin())
-    except Crash:
+    except CrashError:
         pass
     except NorthfinderError as error:
         life.refusal = str(error)
@@ -86,27 +85,32 @@ def live(
 
 
 def crash_after(visits: int) -> Watch:
-    """Crash as soon as so many visits of this life are complete."""
-    left = [visits]
+    """CrashError as soon as so many visits of this life are complete."""
 
-    def watch(_: World, __: Gate, event: Event) -> None:
-        if isinstance(event, VisitCompleted):
-            left[0] -= 1
-            if left[0] == 0:
-                raise Crash
+    def crash(_: Gate) -> None:
+        raise CrashError
 
-    return watch
+    return _after(visits, crash)
 
 
 def pause_after(visits: int, pause_s: float) -> Watch:
     """Pause once, as soon as so many visits are complete."""
+    return _after(visits, lambda gate: pause(gate, pause_s))
+
+
+def pause(gate: Gate, pause_s: float) -> None:
+    """Close the gate, and open it when that time has passed."""
+    gate.close()
+    asyncio.get_running_loop().call_later(pause_s, gate.open)
+
+
+def _after(visits: int, act: Callable[[Gate], None]) -> Watch:
     left = [visits]
 
     def watch(_: World, gate: Gate, event: Event) -> None:
         if isinstance(event, VisitCompleted):
             left[0] -= 1
             if left[0] == 0:
-                gate.close()
-                asyncio.get_running_loop().call_later(pause_s, gate.open)
+                act(gate)
 
     return watch

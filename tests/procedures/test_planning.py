@@ -117,3 +117,10 @@ def test_a_mistake_in_a_plan_names_its_field(wrong: dict[str, Any]) -> None:
     (field,) = wrong
     with pytest.raises(ConfigError, match=f"^plan: {field} = [^;]*$"):
         validated(Plan, wrong, "plan")
+
+
+def test_a_prediction_tells_where_the_table_will_stop() -> None:
+    schedule = predicted(SHORT).to_json()["schedule"]
+    assert [stop["direction"] for stop in schedule] == ["out"] * 4 + ["back"] * 4
+    angles_deg = [stop["angle_deg"] for stop in schedule]
+    assert angles_deg == pytest.approx([0, 90, 180, 270, 270, 180, 90, 0])

@@ -1,9 +1,10 @@
-"""Interrupted runs go on in a new segment, once two angles measured again show that nothing moved."""
+"""Interrupted runs go on in a new segment, once two angles show that nothing has moved."""
 
 import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from northfinder.procedures.events import (
@@ -13,15 +14,23 @@ from northfinder.procedures.events import (
     Progress,
     Resumed,
     SegmentOpened,
-    VisitCompleted,
 )
 from northfinder.procedures.gate import Gate
+from northfinder.procedures.north_seek import Plan
 from northfinder.procedures.north_seek_json import north_seek_json
 from northfinder.procedures.reduction import reduce_visits
 from northfinder.procedures.segments import next_segment, planned_visits, taking_part
-from northfinder.procedures.visits import Visit
 from sim.world import World
-from tests.procedures.lives import EIGHT, Life, Watch, crash_after, live, nothing, pause_after
+from tests.procedures.lives import (
+    EIGHT,
+    Life,
+    Watch,
+    crash_after,
+    live,
+    nothing,
+    pause,
+    pause_after,
+)
 from tests.procedures.rigs import config_of, sigmas_off
 
 KNOWN = {"noise_deg_sqrt_h": 0.001}
@@ -82,6 +91,10 @@ def test_time_goes_on_from_where_the_caller_says(second_life: Life) -> None:
     starts_s = [visit["start_s"] for visit in second_life.completed["visits"]]
     assert starts_s == sorted(starts_s)
     assert starts_s[8] < 1000.0 < starts_s[9] < 1030.0
+    assert second_life.visits[9].gyro.time_s[0] < 1000.0  # the second process's own clock
+    middles_s = [visit.time_s for visit in second_life.visits]
+    lengths_s = [visit.duration_s for visit in second_life.visits]
+    assert middles_s == pytest.approx(np.array(starts_s) + np.array(lengths_s) / 2, abs=0.01)
 
 
 def test_a_resumed_run_says_what_it_does_and_what_it_proved(second_life: Life) -> None:
@@ -168,12 +181,9 @@ def test_a_bench_knocked_in_a_long_pause_is_found_out() -> None:
 
     def watch(world: World, gate: Gate, event: Event) -> None:
         wait(world, gate, event)
-        if len(life_visits) >= 10:
+        if isinstance(event, Progress) and event.visit > 1:  # its first homing is not the pause's
             knock(world, gate, event)
-        if isinstance(event, VisitCompleted):
-            life_visits.append(event.visit)
 
-    life_visits: list[Visit] = []
     assert "shows a turn" in live(watch=watch, gyro=KNOWN).refusal
 
 
@@ -185,12 +195,12 @@ def test_a_long_pause_within_the_proof_begins_it_anew(first_life: Life) -> None:
 
 
 def test_a_pause_before_the_first_visit_has_nothing_to_prove() -> None:
-    def watch(world: World, gate: Gate, event: Event) -> None:
+    def watch(_: World, gate: Gate, event: Event) -> None:
         if isinstance(event, Progress) and event.phase == "homing":
-            gate.close()
-            pause_after(1, 60.0)(world, gate, VisitCompleted(None))  # type: ignore[arg-type]
+            pause(gate, 60.0)
 
     life = live(watch=watch, gyro=KNOWN)
+    assert len(life.of(Paused)) == 1
     assert [visit["segment"] for visit in life.completed["visits"]] == [0] * 16
 
 
@@ -217,3 +227,9 @@ def test_visits_that_only_proved_take_no_part_unless_the_plan_went_on(second_lif
     assert taking_part(visits[:12]) == visits[:12]
     assert len(planned_visits(visits)) == 16
     assert (next_segment(()), next_segment(visits)) == (0, 2)
+
+
+def test_of_hundreds_of_visits_not_each_is_worth_an_estimate() -> None:
+    life = live(Plan(positions=55, dwell_s=0.04, settle_s=0.0))
+    visits = [estimate.visits for estimate in life.of(Estimate)]
+    assert visits == [*range(3, 100), *range(100, 111, 2)]

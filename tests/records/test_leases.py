@@ -113,9 +113,10 @@ def test_a_run_of_another_computer_is_interrupted_when_its_lease_expires(
 
 
 def test_a_run_of_another_rig_or_of_this_process_is_left_alone(
-    records: Records, running: str, opened: Opened
+    records: Records, running: str, opened: Opened, url: str
 ) -> None:
     opened(GONE).create_run(replace(RUN, rig_name="Lab 4"))
+    let_leases_expire(url)  # as after a minute's sleep of the computer
     assert records.interrupt_abandoned("Lab 3") == []
     assert records.run(running).state == "running"
 

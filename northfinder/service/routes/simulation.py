@@ -77,7 +77,7 @@ async def _truth(worker: Worker) -> JsonObject:
 
 
 def _simulation(worker: Worker) -> Simulation:
-    simulation = worker.rig().simulation
+    simulation = worker.simulation
     if simulation is None:
         raise Problem(404, "no-simulation", "This rig is real: there is no simulated world to set.")
     return simulation
