@@ -18,7 +18,8 @@ from sqlalchemy import URL, make_url
 from northfinder.records import Records
 
 # Runs inside pg_virtualenv, whose end removes the server; ends when our end of its stdin closes.
-# It answers through a pipe of its own: on a closed stdout pg_virtualenv never ends cleaning up.
+# It answers through a pipe of its own, for which dash knows too few descriptors: with a closed
+# stdout, pg_virtualenv never ends cleaning up.
 _INSIDE = r"""
 echo "$PGUSER $PGPASSWORD $PGPORT" >&"$1"
 while read -r action; do
@@ -148,14 +149,14 @@ def throw_away_server() -> Iterator[PostgresqlServer]:
     if shutil.which("pg_virtualenv") is None:
         pytest.fail("pg_virtualenv is missing: apt-get install postgresql postgresql-common")
     reading, writing = os.pipe()
-    command = ["pg_virtualenv", "-t", "-c", _CLUSTER, "sh", "-c", _INSIDE, "sh", str(writing)]
+    command = ["pg_virtualenv", "-t", "-c", _CLUSTER, "bash", "-c", _INSIDE, "bash", str(writing)]
     with (
-        open(reading, encoding="ascii") as answers,
+        os.fdopen(reading, encoding="ascii") as answers,
         # In a session of its own: Ctrl-C is for pytest, whose end closes its stdin.
         subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
-            stdout=2,
+            stdout=subprocess.DEVNULL,
             pass_fds=[writing],
             start_new_session=True,
             text=True,

@@ -1,11 +1,11 @@
 // What can be done with the run shown, and what to do about one that did not complete.
 
-import { ENDED, openRun, post, startRun } from "./api.js";
+import { openRun, post, startRun } from "./api.js";
 import { $, all, setIcon, write } from "./dom.js";
 import { plusMinus } from "./format.js";
 import { why } from "./form.js";
 import { t } from "./i18n.js";
-import { measured, north, phase, place, schedule } from "./run.js";
+import { ENDED, measured, north, phase, place, reason, schedule } from "./run.js";
 
 const SHAPES = { failed: "stopped", interrupted: "warn", aborted: "ended" };
 
@@ -52,8 +52,7 @@ function showMessage(state) {
   const { run, visits, units } = state;
   const planned = schedule(run);
   const n = measured(visits).length;
-  const error = run.state === "failed" && run.error?.replace(/^visit [^:]*: /, ""); // the page shows where by itself
-  const message = error || t(`say.${run.state}`);
+  const message = run.state === "failed" && run.error ? reason(run) : t(`say.${run.state}`);
   const end = message.search(/[.;] /) + 1; // the first clause is the headline
   setIcon($("message"), SHAPES[run.state]);
   write($("what"), end ? message.slice(0, end - 1) + "." : message);

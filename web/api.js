@@ -1,11 +1,12 @@
 // Talks to the service: requests that throw a Problem, and the two streams that keep the page live.
 
+import { ENDED } from "./run.js";
+
 const ROOT = "/api/v1";
 const DEADLINE_MS = 10000;
 const SILENCE_MS = 4000; // the rig reports twice a second at least
 const RETRY_MS = 1000;
 const KINDS = ["state", "progress", "visit", "estimate", "warning", "error", "result"];
-export const ENDED = ["completed", "failed", "aborted", "interrupted"];
 
 /** What the service refused, in its own words (RFC 9457); status 0 where it could not be reached. */
 export class Problem extends Error {

@@ -2,33 +2,50 @@
 
 import * as actions from "./actions.js";
 import * as banner from "./banner.js";
-import * as events from "./events.js";
 import * as form from "./form.js";
 import * as hero from "./hero.js";
 import * as rig from "./rig.js";
-import { ENDED, get, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
+import { get, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
 import { $, all } from "./dom.js";
-import { choose, speak, t } from "./i18n.js";
-import { askForToken } from "./session.js";
+import { choose, speak } from "./i18n.js";
+import { loadPlotly } from "./plotly.js";
+import { ENDED, phase } from "./run.js";
 import { createStore } from "./store.js";
 
-// What the first look does not need: loaded when the form is ready. Each file with the place that it fills.
+const some = ({ run }) => run !== null;
+
+// What the first look can do without: each loaded once there is something for it to show.
 const PANELS = {
-  fit: "fit", settle: "settle", result: "solvers", checks: "checks", budget: "budget",
-  history: "history", control: "control", compare: "compare", simulation: "simulation-body",
+  budget: ({ run, prediction }) => run ?? prediction,
+  fit: some,
+  checks: some,
+  history: some,
+  control: some,
+  events: (state) => some(state) && phase(state) !== "completed",
+  settle: (state) => ["running", "paused"].includes(phase(state)),
+  result: ({ run }) => run?.result,
+  compare: ({ compare }) => compare.length > 1,
 };
 
 const store = createStore({ lang: speak() });
-onUnauthorized(askForToken);
-for (const part of [rig, hero, actions, form, events, banner]) part.mount(store);
+onUnauthorized(() => import("./session.js").then(({ askForToken }) => askForToken()));
+for (const part of [rig, hero, actions, form, banner]) part.mount(store);
 mountChoices();
 let active; // the run that the rig is at
 await start();
-for (const [name, place] of Object.entries(PANELS)) {
-  import(`./${name}.js`).then((panel) => {
-    panel.mount($(place), store, t);
-    panel.mountNumbers?.($("numbers"), store, t);
-  }).catch(reportError);
+store.on(["run", "prediction", "compare"], loadPanels);
+store.on("prediction", ({ prediction }) => prediction && loadPlotly().catch(reportError));
+
+function loadPanels(state) {
+  for (const [name, isNeeded] of Object.entries(PANELS)) {
+    if (!isNeeded(state)) continue;
+    delete PANELS[name];
+    load(name);
+  }
+}
+
+function load(name) {
+  import(`./${name}.js`).then((panel) => panel.mount(store)).catch(reportError);
 }
 
 async function start() {
@@ -69,5 +86,6 @@ function mountChoices() {
   }
   for (const button of all("[data-unit]")) button.addEventListener("click", () => store.set({ units: button.dataset.unit }));
   store.on("rig", ({ rig: now }) => { $("simulation").hidden = !now?.simulated; });
+  $("simulation").addEventListener("toggle", () => load("simulation"), { once: true });
   $("simulation").addEventListener("toggle", ({ target }) => target.open && target.scrollIntoView());
 }

@@ -14,10 +14,12 @@ export function mount(store) {
 
 function troubles({ connection, rig, stopFailed, trouble }) {
   const lost = connection === "lost";
+  const stands = !lost && rig && !rig.run_id && rig.table && !rig.table.moving; // then no STOP is missing any more
+  const offline = rig?.devices.length ? "offline" : "unreached"; // without devices the service itself has lost the rig
   return [
-    stopFailed && ["stop", stopFailed],
+    stopFailed && !stands && ["stop", stopFailed],
     lost && ["lost", null],
-    !lost && rig?.state === "offline" && ["offline", rig.detail],
+    !lost && rig?.state === "offline" && [offline, rig.detail],
     !lost && rig?.database?.ok === false && ["database", rig.database.detail],
     trouble && ["refused", trouble],
   ].filter(Boolean);

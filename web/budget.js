@@ -1,10 +1,13 @@
 // Where the uncertainty comes from: blue from this run, grey from the configuration or a prediction.
-import { fill, h } from "./dom.js";
-import { row } from "./result.js";
+
+import { $, fill, h } from "./dom.js";
+import { t } from "./i18n.js";
+import { row } from "./tables.js";
 
 const MEASURED = ["gyro noise", "accelerometer noise"];
 
-export function mount(panel, store, t) {
+export function mount(store) {
+  const panel = $("budget");
   store.on(["run", "prediction"], ({ run, prediction, lang }) => {
     const final = run?.result?.budget;
     const stopped = run?.finished || run?.state === "failed"; // a prediction says nothing of what stopped

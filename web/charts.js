@@ -1,21 +1,12 @@
 // The one look of every chart: two thin axes, no grid, units above the axis, whiskers of two sigma.
-// Plotly weighs megabytes: it is fetched when the form stands, so that it holds nothing up.
+
+import { wrap } from "./format.js";
+import { loadPlotly } from "./plotly.js";
 
 const REDRAW_MS = 500;
 const COLOURS = ["paper", "ink", "ink2", "ink3", "edge", "hairline", "blue", "band", "wash", "orange", "red"];
 const waiting = new Set();
-const clock = { timer: null, last: -REDRAW_MS, plotly: null };
-
-const loadPlotly = () => (clock.plotly ??= new Promise((resolve, reject) => {
-  const script = document.createElement("script");
-  script.src = document.querySelector("meta[name=plotly]").content;
-  script.onload = () => resolve(window.Plotly);
-  script.onerror = () => {
-    clock.plotly = null; // the next redraw tries again
-    reject(new Error(`The charts need ${script.src}, which did not load.`));
-  };
-  document.head.append(script);
-}));
+const clock = { timer: null, last: -REDRAW_MS };
 
 function request(chart) {
   waiting.add(chart);
@@ -94,8 +85,3 @@ export function azimuthAxis(look, from, to) {
   const tickvals = Array.from({ length: Math.floor(to / step) - first + 1 }, (_, k) => (first + k) * step);
   return axis(look, { range: [from, to], tickvals, ticktext: tickvals.map((deg) => wrap(+deg.toFixed(digits)).toFixed(digits)) });
 }
-
-export const wrap = (deg) => ((deg % 360) + 360) % 360;
-
-/** The same direction, as near to `centre` as whole turns bring it. */
-export const near = (deg, centre) => centre + wrap(deg - centre + 180) - 180;

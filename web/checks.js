@@ -1,13 +1,14 @@
 // What speaks for the result and what against it: a shape, a word and the number behind it.
-import { near } from "./charts.js";
-import { fill, h, icon } from "./dom.js";
-import { newest, reason, reduce } from "./fit.js";
-import { count, fixed } from "./format.js";
+
+import { $, fill, h, icon } from "./dom.js";
+import { count, fine, fixed, near } from "./format.js";
+import { t } from "./i18n.js";
+import { reduce } from "./reduce.js";
+import { ENDED, newest, reason } from "./run.js";
 
 const ALWAYS = ["residuals", "earth rate", "tilt", "drift", "lost samples"];
 const RESULT = ["solvers", "table"]; // named beside them once there is a result
 const STATES = { fail: ["stopped", "red", "failed"], warn: ["warn", "orange", "attention"], pass: ["pass", "", "passed"], unknown: ["unknown", "quiet", "not known yet"] };
-const LIVE = ["queued", "running", "paused"];
 
 const noise = (fit, passed) => [passed ? "random, χ² {chi2} for {dof}" : "not random, χ² {chi2} for {dof}", { chi2: fit.chi2.toFixed(1), dof: fit.dof }];
 const mean = (rows) => rows.reduce((sum, row) => sum + row.residual, 0) / rows.length;
@@ -30,7 +31,7 @@ const SENTENCES = {
     const u = 2 * latest.gyro_fit.residual_sigma_deg_h * Math.sqrt(1 / out.length + 1 / back.length);
     return back.length && ["out to back {step} ±{u} °/h", { step: fixed(mean(back) - mean(out), 3), u: u.toFixed(3) }];
   },
-  solvers: ({ latest }) => ["agree to {deg}°", { deg: Math.max(1e-6, solversApart(latest)).toFixed(6) }],
+  solvers: ({ latest }) => ["agree to {deg}°", { deg: fine(Math.max(1e-6, solversApart(latest)), 6) }],
   table({ state: { visits } }) {
     const off = visits.flatMap((v, k) => (k && v.turned_deg != null && v.segment === visits[k - 1].segment ? Math.abs(v.turned_deg - v.angle_deg + visits[k - 1].angle_deg) : []));
     return off.length && ["the gyro saw it turn, to {deg}°", { deg: Math.max(...off).toFixed(3) }];
@@ -41,7 +42,7 @@ const SENTENCES = {
   },
 };
 
-function judge(state, t) {
+function judge(state) {
   const { run } = state;
   const latest = newest(state);
   const checks = [...(latest?.checks ?? [])];
@@ -49,10 +50,10 @@ function judge(state, t) {
   if (latest?.solutions) add("solvers", solversApart(latest) < latest.azimuth_sigma_deg / 10 ? "pass" : "warn", t("solvers.detail"));
   for (const name of ALWAYS) if (!checks.some((check) => check.name === name)) add(name, "unknown", "", name === "drift" && run ? t("known after the way back") : "");
   if (run?.state === "failed") add("run", "fail", run.error, reason(run).split(". ")[0]);
-  return checks.map((check) => ({ ...check, words: check.words || sentence(check, { ...check, latest, state, passed: check.status === "pass" }, t) }));
+  return checks.map((check) => ({ ...check, words: check.words || sentence(check, { ...check, latest, state, passed: check.status === "pass" }) }));
 }
 
-function sentence({ name, status }, facts, t) {
+function sentence({ name, status }, facts) {
   if (status === "unknown") return "–";
   try {
     return t(...SENTENCES[name](facts));
@@ -61,27 +62,27 @@ function sentence({ name, status }, facts, t) {
   }
 }
 
-export function mount(panel, store, t) {
+export function mount(store) {
   const [head, list, rest, summary] = [h("h2"), h("ul.checks"), h("ul.checks"), h("summary")];
   const folded = h("details.folded", {}, summary, rest);
-  panel.append(head, list, folded);
+  $("checks").append(head, list, folded);
   store.on(["run", "visits", "estimates"], (state) => {
     const { run, visits } = state;
-    const when = !run || run.result ? "" : LIVE.includes(run.state) ? t("so far") : t("on {n} visits", { n: visits.length });
+    const when = !run || run.result ? "" : ENDED.includes(run.state) ? t("on {n} visits", { n: visits.length }) : t("so far");
     const order = ["run", ...ALWAYS, ...RESULT];
     const first = ({ name, status }) => ["warn", "fail"].includes(status) || ALWAYS.includes(name) || (run?.result && order.includes(name));
-    const checks = judge(state, t).sort((a, b) => (b.status === "fail") - (a.status === "fail") || order.indexOf(a.name) - order.indexOf(b.name));
+    const checks = judge(state).sort((a, b) => (b.status === "fail") - (a.status === "fail") || order.indexOf(a.name) - order.indexOf(b.name));
     const others = checks.filter((check) => !first(check));
     fill(head, t("Checks") + when, () => [t("Checks"), " ", h("small", {}, when)]);
-    show(list, checks.filter(first), t);
-    show(rest, others, t);
+    show(list, checks.filter(first));
+    show(rest, others);
     folded.hidden = !others.length;
     summary.textContent = t("{n} more, all passed", { n: others.length });
   });
 }
 
 // What the reader unfolded stays unfolded while the numbers change.
-function show(list, checks, t) {
+function show(list, checks) {
   const open = [...list.querySelectorAll("[open]")].map((details) => details.dataset.name);
   fill(list, JSON.stringify(checks) + t("passed"), () => checks.map(({ name, status, words, detail }) => {
     const [shape, colour, word] = STATES[status];

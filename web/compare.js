@@ -1,9 +1,10 @@
 // Two or more runs side by side, and whether they tell the same north.
+
 import { get } from "./api.js";
-import { near } from "./charts.js";
-import { fill, h } from "./dom.js";
-import { decimals, fixed } from "./format.js";
-import { columns, row, titled } from "./result.js";
+import { $, fill, h } from "./dom.js";
+import { decimals, fixed, near } from "./format.js";
+import { t } from "./i18n.js";
+import { columns, row, titled } from "./tables.js";
 
 const sigma = (fit, k) => Math.sqrt(fit.covariance_deg2_h2[k][k]);
 const NUMBERS = {
@@ -14,7 +15,8 @@ const NUMBERS = {
   "tilt ε, °": ({ tilt }) => [tilt.epsilon_deg, tilt.sigma_deg],
 };
 
-export function mount(panel, store, t) {
+export function mount(store) {
+  const panel = $("compare");
   async function show({ compare, lang }) {
     if (compare.length < 2) return fill(panel, "", () => []);
     const runs = await Promise.all(compare.map((id) => get(`/runs/${id}`)));
@@ -27,7 +29,7 @@ export function mount(panel, store, t) {
     const runs = all.filter((run) => run.result);
     const when = (run) => new Date(run.created).toLocaleString(document.documentElement.lang, { dateStyle: "medium", timeStyle: "short" });
     const rows = Object.entries(NUMBERS).map(([name, pick]) => row(t(name), ...runs.map((run) => plusMinus(...pick(run.result)))));
-    rows.push(row(t("azimuth less the first's, °"), ...runs.map((run, k) => (k ? verdict(runs[0].result, run.result, t) : ""))));
+    rows.push(row(t("azimuth less the first's, °"), ...runs.map((run, k) => (k ? verdict(runs[0].result, run.result) : ""))));
     return [
       titled(t("Compare"), h("button.link", { type: "button", onclick: () => store.set({ compare: [] }) }, t("close"))),
       h("div.scroll", { tabindex: 0, role: "region", "aria-label": t("Compare") }, h("table.rows", {}, h("thead", {}, columns(...runs.map((run) => [when(run), h("small", {}, run.rig_name)]))), h("tbody", {}, ...rows))),
@@ -41,7 +43,7 @@ export function mount(panel, store, t) {
 const plusMinus = (value, one) => `${fixed(value, decimals(2 * one))} ±${(2 * one).toFixed(decimals(2 * one))}`;
 
 // ISO 13528's E_n: the difference over its combined expanded uncertainty.
-function verdict(one, other, t) {
+function verdict(one, other) {
   const apart = near(other.azimuth_deg - one.azimuth_deg, 0);
   const both = Math.hypot(one.azimuth_sigma_deg, other.azimuth_sigma_deg);
   const ratio = Math.abs(apart) / (2 * both);

@@ -1,8 +1,10 @@
 // Azimuth by run: is today's north the north of all days?
-import { axis, azimuthAxis, createChart, heading, label, line, near, points } from "./charts.js";
-import { h, write } from "./dom.js";
-import { live } from "./fit.js";
-import { decimals } from "./format.js";
+
+import { axis, azimuthAxis, createChart, heading, label, line, points } from "./charts.js";
+import { $, h, write } from "./dom.js";
+import { decimals, near } from "./format.js";
+import { t } from "./i18n.js";
+import { live } from "./run.js";
 
 const RUN_PX = 22;
 const LABEL_PX = 70;
@@ -24,17 +26,17 @@ function statistics(done) {
   return { mean, scatter, sigma: done.map((run) => run.azimuth_sigma_deg).sort((a, b) => a - b)[done.length >> 1] };
 }
 
-export function mount(panel, store, t) {
+export function mount(store) {
   const [title, marks, chart] = [h("h2"), h("p.aside"), h("div.control-chart")];
-  panel.append(h("header", {}, title, marks), chart);
+  $("control").append(h("header", {}, title, marks), chart);
   store.on("lang", () => {
     write(title, t("Azimuth by run"));
     write(marks, `○ ${t("in progress")} · ▲ ${t("attention")} · ■ ${t("stopped")}`);
   });
-  createChart(chart, store, ["runs", "run", "estimates"], (look) => build(store.state, t, look));
+  createChart(chart, store, ["runs", "run", "estimates"], (look) => build(store.state, look));
 }
 
-function build(state, t, look) {
+function build(state, look) {
   const some = live(state).filter((run) => run.kind === "north-seek" && run.rig_name === (state.rig?.name ?? run.rig_name)).slice(0, Math.floor(look.width / RUN_PX)).reverse();
   const all = statistics(some.filter((run) => run.state === "completed"));
   const centre = all?.mean ?? some.at(-1)?.azimuth_deg ?? 0;

@@ -1,27 +1,29 @@
 // What happened in this run, newest first.
 
-import { $, fill, h } from "./dom.js";
+import { $, fill, h, icon } from "./dom.js";
 import { clock, count, fixed, plusMinus } from "./format.js";
 import { t } from "./i18n.js";
 import { schedule } from "./run.js";
 
 const SHOWN = 40;
+const SHAPES = { orange: "warn", red: "stopped" };
 
 export function mount(store) {
   store.on(["events", "run"], ({ run, events, lang }) => {
     const newest = events.slice(-SHOWN).reverse();
     fill($("event-list"), `${run?.run_id} ${events.length} ${lang}`, () => newest.map((event) => {
-      const [text, colour] = say(event, run);
-      return h(`li${colour}`, {}, h("time", { datetime: event.time }, clock(event.time)), h("span", { title: text }, text));
+      const [text, colour = ""] = say(event, run);
+      const shape = SHAPES[colour] && icon(SHAPES[colour], colour);
+      return h("li", { class: colour }, h("time", { datetime: event.time }, clock(event.time)), h("span", { title: text }, shape, text));
     }));
   });
 }
 
 function say(event, run) {
-  if (event.kind === "state") return [t(`event.${event.state}`), { failed: ".red", interrupted: ".orange" }[event.state] ?? ""];
-  if (event.kind === "visit") return [visit(event, run), event.lost ? ".orange" : ""];
-  if (event.kind === "result") return [`${t("north")} ${event.azimuth_deg.toFixed(3)}° ${plusMinus(event.azimuth_sigma_deg)}`, ""];
-  return [event.message, event.kind === "error" ? ".red" : ".orange"];
+  if (event.kind === "state") return [t(`event.${event.state}`), { failed: "red", interrupted: "orange" }[event.state]];
+  if (event.kind === "visit") return [visit(event, run), event.lost ? "orange" : ""];
+  if (event.kind === "result") return [`${t("north")} ${event.azimuth_deg.toFixed(3)}° ${plusMinus(event.azimuth_sigma_deg)}`];
+  return [event.message, event.kind === "error" ? "red" : "orange"];
 }
 
 function visit({ angle_deg, direction, gyro_mean_deg_h, samples, lost, repeats }, run) {

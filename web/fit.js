@@ -1,65 +1,30 @@
 // The rates over one revolution, the cosine through them, and what it leaves over.
-import { axis, createChart, curve, heading, label, line, points, wrap } from "./charts.js";
-import { h, write } from "./dom.js";
-import { decimals, fixed } from "./format.js";
-import { measured, schedule } from "./run.js";
+
+import { axis, createChart, curve, heading, label, line, points } from "./charts.js";
+import { $, h, write } from "./dom.js";
+import { decimals, fixed, wrap } from "./format.js";
+import { t } from "./i18n.js";
+import { reduce } from "./reduce.js";
+import { measured, newest, planned } from "./run.js";
 
 const STEP_DEG = 1.5;
-const radians = (deg) => (deg * Math.PI) / 180;
 const ascending = (some) => [...new Set(some)].sort((a, b) => a - b);
 
-/** The result, or what the newest estimate says so far. */
-export const newest = ({ run, estimates }) => run?.result ?? estimates.at(-1);
-
-/** The visits planned: of the run shown, or of the next one. */
-export const planned = ({ run, prediction }) => (run ? schedule(run) : prediction?.schedule ?? []);
-
-/** What stopped a run, without where it was: the page shows that elsewhere. */
-export const reason = ({ error }) => error.replace(/^visit [^:]*: /, "");
-
-/** The runs on record, the one shown as it is now. */
-export const live = ({ runs, run, estimates }) => runs.map((one) => {
-  if (one.run_id !== run?.run_id) return one;
-  const { azimuth_deg, azimuth_sigma_deg } = newest({ run, estimates }) ?? one;
-  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg };
-});
-
-/** Every visit with its rate and residual; each segment's own R and drift give way to the first one's R, so that one curve fits all. */
-export function reduce(state) {
-  const { visits, run } = state;
-  const latest = newest(state);
-  if (!latest) return { rows: visits.map((v) => ({ ...v, rate: v.gyro_mean_deg_h })) };
-  const { R_deg_h: R, a_deg_h: a, b_deg_h: b } = latest.gyro_fit;
-  const mount_deg = run?.rig?.config?.gyro?.mount_angle_deg ?? 0;
-  const value = (deg) => R + a * Math.cos(radians(deg + mount_deg)) + b * Math.sin(radians(deg + mount_deg));
-  const segments = ascending(measured(visits).map((v) => v.segment)); // one that was refused has no others
-  const rows = latest.segments.flatMap(({ R_deg_h: own, drift_deg_h_h: drift }, k) => {
-    const some = visits.filter((v) => v.segment === segments[k]);
-    const middle_s = some.reduce((sum, v) => sum + v.start_s, 0) / some.length;
-    return some.map((v) => {
-      const rate = v.gyro_mean_deg_h - own - ((drift ?? 0) * (v.start_s - middle_s)) / 3600 + R;
-      return { ...v, rate, residual: rate - value(v.angle_deg) };
-    });
-  });
-  const shifted = latest.segments.length > 1 ? "fit.segments" : latest.segments[0].drift_deg_h_h != null ? "fit.drift" : "";
-  return { rows, value, north: wrap(latest.azimuth_deg - mount_deg), shifted };
-}
-
-export function mount(panel, store, t) {
+export function mount(store) {
   const parts = ["h2", "span.key", "span.key.ring", "span.key.stroke", "p.aside"].map((what) => h(what));
   const chart = h("div.fit-chart");
   const note = h("p.note");
-  panel.append(h("header", {}, ...parts), chart, note);
+  $("fit").append(h("header", {}, ...parts), chart, note);
   store.on(["run", "visits", "estimates"], (state) => {
     const fit = !state.run?.result && newest(state)?.gyro_fit;
     const aside = fit ? `R ${fixed(fit.R_deg_h, 2)} · a ${fixed(fit.a_deg_h, 2)} · b ${fixed(fit.b_deg_h, 2)} °/h` : "";
     [t("Fit"), t("out"), t("back"), "R + a cos T + b sin T", aside].forEach((text, k) => write(parts[k], text));
-    write(note, t(reduce(state).shifted ?? ""));
+    write(note, t(reduce(state).shifted));
   });
-  createChart(chart, store, ["run", "visits", "estimates", "prediction"], (look) => build(store.state, t, look));
+  createChart(chart, store, ["run", "visits", "estimates", "prediction"], (look) => build(store.state, look));
 }
 
-function build(state, t, look) {
+function build(state, look) {
   const { rows, value, north } = reduce(state);
   const done = ascending(rows.map((row) => wrap(row.angle_deg)));
   const angles = ascending([...planned(state).map((p) => wrap(p.angle_deg)), ...done]);
@@ -77,7 +42,7 @@ function build(state, t, look) {
   return {
     data,
     layout: {
-      ...notes(state, t, look, { rest, value, north }),
+      ...notes(state, look, { rest, value, north }),
       xaxis: axis(look, { range: [-4, 364], tick0: 0, dtick: look.width > 480 ? 60 : 90, minor: { ticks: "outside", ticklen: 2, tickcolor: look.edge, dtick: 15 }, anchor: "y2", ticksuffix: "°" }),
       yaxis: axis(look, { domain: [0.42, 1], nticks: 6, ...(!rows.length && !value && { range: [-1, 1], ticks: "", showticklabels: false }) }),
       yaxis2: axis(look, { domain: [0, 0.29], range: [-most, most], nticks: 4, showticklabels: Boolean(value), ticks: value ? "outside" : "" }),
@@ -94,7 +59,7 @@ function courses(value, angles, done, look) {
   return [curve(x, some((k) => !solid[k] || solid[k - 1] === false || solid[k + 1] === false), look.ink3, "3px,3px"), curve(x, some((k) => solid[k]), look.ink)];
 }
 
-function notes(state, t, look, { rest, value, north }) {
+function notes(state, look, { rest, value, north }) {
   const { run, visits } = state;
   const annotations = [heading(look, t("rate, °/h")), heading(look, t("residual, °/h, ±2σ"), "y2")];
   const shapes = [line(0, 0, 1, 0, look.hairline, { xref: "paper" }), line(0, 0, 1, 0, look.edge, { xref: "paper", yref: "y2" })];

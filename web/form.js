@@ -22,6 +22,7 @@ export function mount(store) {
   }
 
   form.addEventListener("input", () => {
+    showHemisphere();
     clearTimeout(timer);
     timer = setTimeout(predict, QUIET_MS);
     $("prediction").className = "old";
@@ -40,8 +41,10 @@ export function mount(store) {
     const now = rig?.devices.length ? rig.site.latitude_deg.toFixed(3) : "";
     if (now === known) return;
     known = now;
-    if (now) form.latitude_deg.defaultValue = now; // stands in the field until somebody writes another
-    if (now) predict();
+    if (!now) return;
+    form.latitude_deg.defaultValue = now; // stands in the field until somebody writes another
+    showHemisphere();
+    predict();
   });
   store.on(["prediction", "rig"], showPrediction);
   store.on("planError", showErrors);
@@ -49,9 +52,16 @@ export function mount(store) {
   setInterval(() => showWhy(store.state), 1000);
 }
 
+// South is negative, and "-33.9° N" would be read as north.
+function showHemisphere() {
+  write($("hemisphere"), /^\s*[-−]/.test(form.latitude_deg.value) ? t("° (S)") : "° N");
+}
+
 // What the fields say, as the service wants it; what is no number goes as it is, for the service to refuse.
+const numeral = (text) => Number(text.replace(",", ".").replace("−", "-"));
+
 function plan() {
-  const number = (text) => (text.trim() === "" ? null : Number.isNaN(Number(text.replace(",", "."))) ? text : Number(text.replace(",", ".")));
+  const number = (text) => (text.trim() === "" ? null : Number.isNaN(numeral(text)) ? text : numeral(text));
   const said = Object.fromEntries(inputs.map(({ name, value }) => [name, name === "order" ? value : number(value)]));
   if (form.latitude_deg.value === form.latitude_deg.defaultValue) said.latitude_deg = null;
   if (said.target_sigma_deg > 0) said.target_sigma_deg /= 2;

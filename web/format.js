@@ -61,3 +61,12 @@ export const count = (number) => String(Math.round(number)).replace(/\B(?=(\d{3}
 
 /** A number with a true minus sign. */
 export const fixed = (value, places) => value.toFixed(places).replace("-", "−");
+
+/** The same, five decimals and more in groups of three: "0.000 001". */
+export const fine = (value, places) => fixed(value, places).replace(/\.\d+/, (part) => part.replace(/\d{3}(?=\d\d)/g, "$&\u2009"));
+
+/** A direction in [0, 360). */
+export const wrap = (deg) => ((deg % 360) + 360) % 360;
+
+/** The same direction, as near to `centre` as whole turns bring it. */
+export const near = (deg, centre) => centre + wrap(deg - centre + 180) - 180;

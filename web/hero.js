@@ -1,11 +1,10 @@
 // What runs, at a glance: north so far, the dial, the state, the time left.
 
-import { ENDED } from "./api.js";
 import { showGyro, showNorth as draw } from "./dial.js";
 import { $, all, fill, h, setIcon, write } from "./dom.js";
 import { azimuth, clock, duration, plusMinus } from "./format.js";
 import { t } from "./i18n.js";
-import { exaggeration, leftS, measured, north, phase, place, schedule } from "./run.js";
+import { ENDED, exaggeration, leftS, measured, north, phase, place, planned, schedule } from "./run.js";
 
 const MOST_CELLS = 60; // more would be narrower than can be told apart
 const NUMBERS = "No One Two Three Four Five Six Seven Eight Nine Ten Eleven Twelve".split(" ");
@@ -21,13 +20,14 @@ export function mount(store) {
     document.body.dataset.state = state.run?.state ?? "";
     showNorth(state);
   });
-  store.on(["run", "visits", "estimates", "units"], showDial);
+  store.on(["run", "visits", "estimates", "units", "prediction"], showDial);
   store.on(["run", "rig", "estimates"], (state) => {
     showGyro((north(state)?.azimuth_deg ?? 0) - state.rig?.table?.angle_deg, state.run?.state === "failed");
   });
   store.on(["run", "visits", "progress", "connection", "loaded", "rig"], showState);
   store.on(["run", "visits"], showCells);
-  store.on(["run", "loaded", "prediction", "rig"], showVerdict);
+  store.on("run", showVerdict);
+  store.on(["run", "prediction", "rig"], showPromise);
   setInterval(() => showState(store.state), 1000);
 }
 
@@ -55,17 +55,17 @@ function showNorth(state) {
 function showDial(state) {
   const { run, visits, units } = state;
   const known = north(state);
-  const planned = run ? schedule(run) : [];
-  const angles = [...new Set(planned.map((visit) => visit.angle_deg))];
+  const route = planned(state);
+  const angles = [...new Set(route.map((visit) => visit.angle_deg))];
   const done = new Set(measured(visits).map((visit) => visit.angle_deg));
-  const next = planned[measured(visits).length]?.angle_deg;
+  const next = route[measured(visits).length]?.angle_deg;
   const factor = exaggeration(run?.prediction?.azimuth_sigma_deg ?? known?.azimuth_sigma_deg);
   const where = known && text(azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units));
   draw({
     azimuthDeg: known?.azimuth_deg ?? null, sigmaDeg: known?.azimuth_sigma_deg ?? 0, factor, angles,
-    states: angles.map((deg) => (done.has(deg) ? "on" : run.state === "failed" && deg === next ? "bad" : "")),
+    states: angles.map((deg) => (done.has(deg) ? "on" : run?.state === "failed" && deg === next ? "bad" : "")),
     label: known ? t("dial.known", { north: where, done: done.size, all: angles.length }) : t("dial.unknown"),
-    note: known ? t("dial.note", { factor }) : run ? t("dial.mark") : "",
+    note: known ? t("dial.note", { factor }) : t(run ? "dial.mark" : "dial.planned"),
   });
 }
 
@@ -88,28 +88,28 @@ function stateName({ run, rig, connection, loaded }) {
 
 function details(state) {
   const { run, visits, progress } = state;
-  const planned = schedule(run);
-  const place_now = place(planned, measured(visits).length);
+  const route = schedule(run);
+  const place_now = place(route, measured(visits).length);
   const at = t(place_now.direction === "back" ? "position {n} of {of} back" : "position {n} of {of} outward", place_now);
   const time = ENDED.includes(run.state) && run.started && run.finished && duration((Date.parse(run.finished) - Date.parse(run.started)) / 1000);
   const left_s = leftS(state);
   const said = {
     queued: [],
-    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`) : at, left_s !== null && t("{time} left", { time: duration(left_s) })],
-    completed: [run.finished && clock(run.finished), time && t("{n} visits in {time}", { n: planned.length, time })],
+    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`, { deg: progress.angle_deg }) : at, left_s !== null && t("{time} left", { time: duration(left_s) })],
+    completed: [run.finished && clock(run.finished), time && t("{n} visits in {time}", { n: route.length, time })],
   }[run.state] ?? [t("at {place}", { place: at }), time && t("after {time}", { time })];
   return said.filter(Boolean).join(" · ");
 }
 
 function showCells({ run, visits, lang }) {
-  const planned = run && run.state !== "completed" ? schedule(run) : [];
+  const route = run && run.state !== "completed" ? schedule(run) : [];
   const done = measured(visits).length;
-  fill($("cells"), [run?.run_id, run?.state, done, planned.length, lang], () =>
-    ["out", "back"].map((direction) => leg(planned, direction, done, run?.state === "failed")));
+  fill($("cells"), [run?.run_id, run?.state, done, route.length, lang], () =>
+    ["out", "back"].map((direction) => leg(route, direction, done, run?.state === "failed")));
 }
 
-function leg(planned, direction, done, failed) {
-  const at = [...planned.keys()].filter((k) => planned[k].direction === direction);
+function leg(visits, direction, done, failed) {
+  const at = [...visits.keys()].filter((k) => visits[k].direction === direction);
   if (!at.length) return null;
   const finished = at.filter((k) => k < done).length;
   const cells = at.length > MOST_CELLS
@@ -118,14 +118,19 @@ function leg(planned, direction, done, failed) {
   return h("div", {}, h(cells.length > 1 ? "div.row" : "div.row.bar", {}, ...cells), `${t(direction)} `, h("b", {}, String(finished)), ` ${t("of {n}", { n: at.length })}`);
 }
 
-function showVerdict({ run, rig, prediction, loaded, lang }) {
-  let words = "";
-  if (!run && loaded && prediction) {
-    const { positions, dwell_s } = prediction.plan;
-    words = t("say.first", { n: positions, dwell: Number(dwell_s.toPrecision(3)), time: duration(prediction.duration_s / (rig?.speed || 1)), u: plusMinus(prediction.azimuth_sigma_deg) });
-  }
-  if (run?.state === "completed" && run.result) words = verdict(run.result.checks, lang);
-  write($("verdict"), words);
+function showVerdict({ run, lang }) {
+  write($("verdict"), run?.state === "completed" && run.result ? verdict(run.result.checks, lang) : "");
+}
+
+// Before the first run: what the button will do, take and give.
+function showPromise({ run, prediction, rig }) {
+  if (run || !prediction) return;
+  const { positions, dwell_s } = prediction.plan;
+  const speed = rig?.speed || 1;
+  write($("promise-time"), duration(prediction.duration_s / speed));
+  write($("promise-sigma"), plusMinus(prediction.azimuth_sigma_deg));
+  const words = t("say.first", { n: positions, dwell: Number(dwell_s.toPrecision(3)) });
+  write($("promise-words"), speed === 1 ? words : `${words} ${t("say.speed", { speed })}`);
 }
 
 function verdict(checks, lang) {

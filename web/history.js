@@ -1,16 +1,18 @@
 // Every run on record, newest first: filter them, look at one, choose some to compare.
+
 import { get, openRun } from "./api.js";
-import { fill, h, icon, write } from "./dom.js";
-import { live, reason } from "./fit.js";
+import { $, fill, h, icon, write } from "./dom.js";
 import { azimuth } from "./format.js";
-import { columns, titled } from "./result.js";
+import { t } from "./i18n.js";
+import { live, reason } from "./run.js";
+import { columns, titled } from "./tables.js";
 
 const CHOICES = { kind: ["north-seek", "alignment", "noise", "heading-hold"], state: ["running", "paused", "completed", "failed", "aborted", "interrupted"], rig: [] };
 const SHAPES = { failed: ["stopped", "red"], interrupted: ["warn", "orange"], aborted: ["ended", ""], paused: ["paused", "orange"], completed: ["pass", ""] };
 const PAGE = 50;
 
 // [shape, colour, words]
-function outcome(run, t) {
+function outcome(run) {
   const { state, checks, attention, progress } = run;
   if (state !== "completed") return [...(SHAPES[state] ?? ["measuring", "blue"]), state === "failed" && run.error ? reason(run) : `${t(state)} · ${Math.round(100 * progress)} %`];
   const words = checks ? [t("{n} passed", { n: checks.pass }), ...attention.map((name) => t(name))].join(t(", ")) : t(state);
@@ -19,7 +21,7 @@ function outcome(run, t) {
 
 const planned = ({ positions, dwell_s, duration_s }) => [positions, dwell_s ?? duration_s].filter(Boolean).map((x) => Number(x.toPrecision(3))).join(" × ") + " s";
 
-export function mount(panel, store, t) {
+export function mount(store) {
   const asked = { kind: "", state: "", rig: "" };
   const page = { runs: null, cursor: null }; // fetched here: older runs, or those of the filter
   const selects = Object.keys(asked).map((name) => h("select", { name, onchange: ({ target }) => { asked[name] = target.value; page.runs = page.cursor = null; filtered() ? load() : show(store.state); } }));
@@ -32,7 +34,7 @@ export function mount(panel, store, t) {
   const scroll = h("div.scroll", { tabindex: 0, role: "region" }, table, more, none);
   const head = titled("", "");
   head.lastChild.before(...selects);
-  panel.append(head, said, scroll);
+  $("history").append(head, said, scroll);
 
   const filtered = () => Object.values(asked).some(Boolean);
 
@@ -68,7 +70,7 @@ export function mount(panel, store, t) {
 
   function update({ tick, when, tr }, run, { run: shown, units, compare, lang }) {
     const known = run.azimuth_deg != null && run.azimuth_sigma_deg < 60 && azimuth(run.azimuth_deg, run.azimuth_sigma_deg, units);
-    const [shape, colour, words] = outcome(run, t);
+    const [shape, colour, words] = outcome(run);
     const now = run.run_id === shown?.run_id;
     tick.checked = compare.includes(run.run_id);
     write(when, new Date(run.created).toLocaleString(lang === "zh" ? "zh-CN" : "en-GB", { day: "2-digit", month: "short", hour: "2-digit", minute: "2-digit" }).replace(",", ""));

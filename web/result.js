@@ -1,32 +1,26 @@
 // The finished run in numbers: what each solver says, and everything that was fitted.
-import { near } from "./charts.js";
-import { fill, h } from "./dom.js";
-import { decimals, fixed, plusMinus } from "./format.js";
+
+import { $, fill, h } from "./dom.js";
+import { decimals, fine, fixed, near, plusMinus } from "./format.js";
+import { t } from "./i18n.js";
+import { columns, row, titled } from "./tables.js";
 
 const SOLVERS = { coordinate_transform: "Coordinate transform", vector: "Vector, exact", two_vector: "Two-vector" };
 const COMPARED = { vector_published: "Vector as published, eq 10", vector_uncorrected: "Uncorrected, eq 11", uncompensated: "Tilt left out" };
 
-/** A row of a table: its heading and its cells. */
-export const row = (name, ...cells) => h("tr", {}, h("th", { scope: "row" }, name), ...cells.map((cell) => h("td", {}, cell)));
+export function mount(store) {
+  store.on("run", ({ run, lang }) => {
+    if (!run?.result) return;
+    fill($("solvers"), run.run_id + lang, () => solvers(run.result));
+    fill($("numbers"), run.run_id + lang, () => numbers(run.result));
+  });
+}
 
-/** The heading of a table's columns; the first has none. */
-export const columns = (...names) => h("tr", {}, h("td"), ...names.map((name) => h("th", { scope: "col" }, ...[name].flat())));
-
-/** A section's name and, at the other end of the line, what else there is to say. */
-export const titled = (name, aside) => h("header", {}, h("h2", {}, name), h("p.aside", {}, aside));
-
-const mounter = (view) => (panel, store, t) =>
-  store.on("run", ({ run, lang }) => run?.result && fill(panel, run.run_id + lang, () => view(run.result, t)));
-
-export const mount = mounter(solvers);
-export const mountNumbers = mounter(numbers);
-
-function solvers({ solutions, azimuth_sigma_deg: sigma, azimuth_deg: reported }, t) {
+function solvers({ solutions, azimuth_sigma_deg: sigma, azimuth_deg: reported }) {
   const places = decimals(2 * sigma);
   const rows = (names, digits) => Object.entries(names).map(([name, words]) => {
     const { azimuth_deg: deg } = solutions[name];
-    const off = (near(deg, reported) - reported).toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
-    return row(t(words), `${deg.toFixed(places)}°`, name === "coordinate_transform" ? t("reported") : `${fixed(+off, digits)}°`);
+    return row(t(words), `${deg.toFixed(places)}°`, name === "coordinate_transform" ? t("reported") : difference(near(deg, reported) - reported, digits));
   });
   return [
     titled(t("Solvers"), t("each {u}", { u: plusMinus(sigma) })),
@@ -35,7 +29,13 @@ function solvers({ solutions, azimuth_sigma_deg: sigma, azimuth_deg: reported },
   ];
 }
 
-function numbers({ gyro_fit: gyro, accelerometer_fit: accel, tilt, earth_rate: earth }, t) {
+// A difference too small for its digits is said to be so: "0.000 000" would claim to be none.
+function difference(deg, digits) {
+  const least = 10 ** -digits;
+  return deg !== 0 && Math.abs(deg) < least / 2 ? `< ${fine(least, digits)}°` : `${fine(deg, digits)}°`;
+}
+
+function numbers({ gyro_fit: gyro, accelerometer_fit: accel, tilt, earth_rate: earth }) {
   const one = (name, value, sigma, unit, last) => row(name, value == null ? "–" : fixed(value, decimals(2 * sigma)) + unit, last ?? `±${(2 * sigma).toFixed(decimals(2 * sigma))}`);
   const group = (name, ...rows) => h("tbody", {}, h("tr", {}, h("th", { colspan: 3, scope: "rowgroup" }, t(name))), ...rows);
   const fit = (name, part, suffix, covariance, unit, scale = 1) => {

@@ -1,7 +1,7 @@
 // The rig at rest and in motion: the table's angle, each device's light, and STOP.
 
 import { post } from "./api.js";
-import { $, setIcon, write } from "./dom.js";
+import { $, all, setIcon, write } from "./dom.js";
 import { count, fixed, latitude } from "./format.js";
 import { t } from "./i18n.js";
 import { phase } from "./run.js";
@@ -12,15 +12,18 @@ const STOP_DEADLINE_MS = 3000;
 const TWICE_MS = 1000;
 
 export function mount(store) {
-  let turn = { at_ms: -HOLD_MS, word: "" };
-  store.on(["rig", "run", "connection"], (state) => {
-    const { table, run_id, devices } = state.rig ?? {};
-    if (!devices) return;
-    const now_ms = performance.now();
-    if (table?.moving) turn = { at_ms: now_ms, word: table.homed && table.target_deg !== null ? t("turning to {deg}°", { deg: Number(table.target_deg.toFixed(2)) }) : t("homing") };
+  let turned_ms = -HOLD_MS;
+  let target_deg = null;
+  store.on(["rig", "run", "progress", "connection"], (state) => {
+    if (!state.rig) return;
+    const { table, run_id, devices } = state.rig;
+    const turns = table?.moving || table?.target_deg != null;
+    if (turns) [turned_ms, target_deg] = [performance.now(), table.target_deg ?? target_deg];
+    const soon = run_id && performance.now() - turned_ms < HOLD_MS; // between two short turns it is as good as turning
     showSite(state.rig);
-    showMotion(state, (table?.moving || run_id) && now_ms - turn.at_ms < HOLD_MS && turn.word);
-    for (const device of devices) showDevice(device, table);
+    showMotion(state, table && (turns || soon) && turning(state, turns ? target_deg : state.progress?.angle_deg ?? target_deg));
+    for (const row of all("#devices li")) showDevice(row, state.connection === "live" && devices.find(({ role }) => role === row.dataset.role), table);
+    if (!run_id && !turns) target_deg = null;
   });
   mountStop(store);
 }
@@ -32,34 +35,40 @@ function showSite({ name, site, simulated, speed }) {
   write($("simulated"), t("simulated ×{speed}", { speed }));
 }
 
-function showMotion(state, turning) {
+function showMotion(state, moves) {
   const { table, run_id } = state.rig;
-  const [word, look] = motion(state, turning);
+  const [word, look] = motion(state, moves);
   const [shape, colour] = look.split(" ");
   write($("table-angle"), table?.angle_deg == null ? "–" : `${table.angle_deg.toFixed(2)}°`);
   write($("table-state").querySelector("b"), word);
   setIcon($("table-state"), shape);
   $("table-state").className = colour;
-  $("stop").classList.toggle("moves", Boolean(turning || (run_id && phase(state) !== "paused")));
+  $("stop").classList.toggle("moves", Boolean(moves || (run_id && phase(state) !== "paused")));
 }
 
-function motion({ rig: { state, table, run_id }, run, connection }, turning) {
+function turning({ rig: { table }, progress }, target_deg) {
+  if (!table.homed || progress?.phase === "homing") return t("homing");
+  return target_deg === null ? t("turning") : t("turning to {deg}°", { deg: Number(target_deg.toFixed(2)) });
+}
+
+function motion({ rig: { state, table, run_id }, run, connection }, moves) {
   if (connection === "lost") return [t("unknown"), "unknown orange"];
   if (!table || state === "offline") return [t("offline"), "stopped red"];
-  if (turning) return [turning, "turning blue"];
+  if (moves) return [moves, "turning blue"];
   return run?.state === "failed" && !run_id ? [t("stopped"), "stopped red"] : [t("still"), "still quiet"];
 }
 
-function showDevice(device, table) {
-  const row = document.querySelector(`[data-role="${device.role}"]`);
+// A device that nobody can be asked about is neither well nor ill.
+function showDevice(row, device, table) {
   const [, name, now, counts] = row.children;
-  const [shape, colour] = LIGHTS[device.state].split(" ");
-  const { frames, crc_errors, lost } = device.counters;
+  const [shape, colour] = device ? LIGHTS[device.state].split(" ") : ["unknown", "quiet"];
   setIcon(row, shape);
   row.className = colour;
+  write(now, !device ? t("unknown") : device.state === "ok" ? doing(device, table) : t(`device.${device.state}`));
+  if (!device) return;
+  const { frames, crc_errors, lost } = device.counters;
   write(name.lastChild, device.identity?.model || device.driver);
   name.title = Object.values(device.identity ?? {}).join(" ");
-  write(now, device.state === "ok" ? doing(device, table) : t(`device.${device.state}`));
   write(counts, device.detail ?? t("{frames} frames, {bad} bad, {lost} lost", { frames: count(frames), bad: count(crc_errors), lost: count(lost) }));
 }
 

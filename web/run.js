@@ -1,28 +1,48 @@
 // What the run shown means: its phase, its legs, where it stands and what north it knows.
 
+export const ENDED = ["completed", "failed", "aborted", "interrupted"];
 const PHASES = { queued: "running", failed: "stopped", interrupted: "stopped", aborted: "ended" };
 
 /** One of connecting, idle, running, paused, completed, stopped, ended. */
 export const phase = ({ run, loaded }) => (run ? PHASES[run.state] ?? run.state : loaded ? "idle" : "connecting");
 
-/** The visits that are planned, in order. */
-export const schedule = (run) => run?.prediction?.schedule ?? run?.result?.visits ?? [];
+/** The visits that a run plans, in order. */
+export const schedule = (run) => run.prediction?.schedule ?? run.result?.visits ?? [];
+
+/** The visits planned: of the run shown, or of the next one. */
+export const planned = ({ run, prediction }) => (run ? schedule(run) : prediction?.schedule ?? []);
 
 /** The visits that count for the plan: not those that only prove that nothing moved. */
 export const measured = (visits) => visits.filter((visit) => visit.repeats == null);
 
 /** Where the k-th planned visit (from 0) stands in its direction: `{direction, n, of}`. */
-export function place(planned, k) {
-  const direction = planned[Math.min(k, planned.length - 1)]?.direction;
-  const same = (visits) => visits.filter((visit) => visit.direction === direction).length;
-  return { direction, n: same(planned.slice(0, k + 1)), of: same(planned) };
+export function place(visits, k) {
+  const direction = visits[Math.min(k, visits.length - 1)]?.direction;
+  const same = (some) => some.filter((visit) => visit.direction === direction).length;
+  return { direction, n: same(visits.slice(0, k + 1)), of: same(visits) };
 }
 
+/** The result, or what the newest estimate says so far. */
+export const newest = ({ run, estimates }) => run?.result ?? estimates.at(-1);
+
 /** North as it is known now, `{azimuth_deg, azimuth_sigma_deg}`, or null. */
-export function north({ run, estimates }) {
-  const known = run?.result ?? estimates.at(-1) ?? run;
+export function north(state) {
+  const known = newest(state) ?? state.run;
   return known?.azimuth_sigma_deg < 60 ? known : null;
 }
+
+/** What stopped a run, without where it was: the page shows that elsewhere. */
+export function reason({ error }) {
+  const words = error.replace(/^visit [^:]*: /, "");
+  return words[0].toUpperCase() + words.slice(1);
+}
+
+/** The runs on record, the one shown as it is now. */
+export const live = ({ runs, run, estimates }) => runs.map((one) => {
+  if (one.run_id !== run?.run_id) return one;
+  const { azimuth_deg, azimuth_sigma_deg } = newest({ run, estimates }) ?? one;
+  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg };
+});
 
 /** How often the dial exaggerates its wedge: 1, 2, 5, 10 ... so that the predicted 2 sigma ends at 4 to 10 degrees. */
 export function exaggeration(sigmaDeg) {
@@ -40,6 +60,6 @@ export function leftS({ progress, rig, run }) {
 
 /** Whether the newest run of this rig waits for a resume or an end. */
 export function waiting({ runs, rig, run }) {
-  const newest = runs.find((other) => other.rig_name === rig?.name);
-  return ["failed", "interrupted"].includes(newest && (newest.run_id === run?.run_id ? run : newest).state);
+  const latest = runs.find((other) => other.rig_name === rig?.name);
+  return ["failed", "interrupted"].includes(latest && (latest.run_id === run?.run_id ? run : latest).state);
 }

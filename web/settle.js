@@ -1,18 +1,20 @@
 // How the azimuth settles: after each visit with two sigma, and where it is predicted to go.
-import { axis, azimuthAxis, createChart, curve, heading, label, line, near, points } from "./charts.js";
-import { h, write } from "./dom.js";
-import { planned } from "./fit.js";
-import { plusMinus } from "./format.js";
+
+import { axis, azimuthAxis, createChart, curve, heading, label, line, points } from "./charts.js";
+import { $, h, write } from "./dom.js";
+import { near, plusMinus } from "./format.js";
+import { t } from "./i18n.js";
+import { planned } from "./run.js";
 
 const MOST_POINTS = 900;
 const SHOWN_SIGMAS = 6; // half the axis, in present sigmas: the funnel's beginning is cut off
 
-export function mount(panel, store, t) {
+export function mount(store) {
   const title = h("h2");
   const chart = h("div.settle-chart");
-  panel.append(title, chart);
+  $("settle").append(title, chart);
   store.on("lang", () => write(title, t("How it settles")));
-  createChart(chart, store, ["run", "visits", "estimates"], (look) => build(store.state, t, look));
+  createChart(chart, store, ["run", "visits", "estimates"], (look) => build(store.state, look));
 }
 
 // Variance of the direction after each visit, up to a factor: the normal equations of R, a and b.
@@ -28,7 +30,7 @@ function variances(angles, azimuthDeg) {
   });
 }
 
-function build(state, t, look) {
+function build(state, look) {
   const { run, visits } = state;
   const every = Math.ceil(state.estimates.length / MOST_POINTS);
   const estimates = state.estimates.filter((_, k, all) => (all.length - 1 - k) % every === 0);

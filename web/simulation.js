@@ -1,6 +1,8 @@
 // The simulated world, its truth and its faults, to be changed while it runs. Hardware has none.
+
 import { del, get, patch, post } from "./api.js";
-import { h, write } from "./dom.js";
+import { $, h, write } from "./dom.js";
+import { t } from "./i18n.js";
 
 const FIELDS = {
   azimuth_deg: ["azimuth", "°"], pitch_deg: ["pitch", "°"], roll_deg: ["roll", "°"], gyro_noise_deg_sqrt_h: ["gyro noise", "°/√h"], gyro_bias_deg_h: ["gyro bias", "°/h"],
@@ -8,12 +10,13 @@ const FIELDS = {
   drop_per_byte: ["drop", "/byte"], corrupt_per_byte: ["corrupt", "/byte"], delay_s: ["delay", "s"], silent: ["silent"], blocked_at_deg: ["blocked at", "°"], short_by_deg: ["short by", "°"],
 };
 
-/** Fill `panel` when its fold opens. */
-export function mount(panel, store, t) {
+/** Fill the fold, now and whenever it opens again: others may have changed the world meanwhile. */
+export function mount(store) {
+  const panel = $("simulation-body");
   const said = h("p.error", { role: "alert" });
   const report = (problem) => write(said, problem.message);
-  panel.closest("details").addEventListener("toggle", ({ target }) => target.open && load().catch(report));
-  store.on("lang", () => panel.childElementCount && load().catch(report));
+  $("simulation").addEventListener("toggle", ({ target }) => target.open && load().catch(report));
+  store.on("lang", () => load().catch(report));
 
   async function load() {
     const [truth, { faults }] = await Promise.all([get("/rig/simulation"), get("/rig/simulation/faults")]);

@@ -6,10 +6,6 @@ import click
 
 from northfinder.cli.options import database_option, database_url, rig_options
 from northfinder.config import RigConfig
-from northfinder.records import Records
-from northfinder.service.app import create_app, end_streams, stop_bench
-from northfinder.service.logs import set_up_logs
-from northfinder.service.server import leave, listen, run, url_of
 from northfinder.service.settings import service_settings
 
 
@@ -33,17 +29,9 @@ def serve(
     Without --config it is the simulated rig, at 20 times real time. Anything but loopback needs
     a token in NORTHFINDER_TOKEN and its name in --allowed-host.
     """
+    from northfinder.cli.serving import serve_until_told  # noqa: PLC0415 -- fastapi: 0.5 s
+
     token = os.environ.get("NORTHFINDER_TOKEN")
     url = database_url(database, config)
     settings = service_settings(host, port, token, allowed_hosts, url)
-    set_up_logs()
-    sockets = listen(settings.host, settings.port)
-    try:
-        with Records.open(url) as records:
-            app = create_app(config, settings, records)
-            for listening in sockets:
-                click.echo(f"northfinder is at {url_of(listening)}")
-            run(app, sockets, lambda: stop_bench(app), lambda: end_streams(app))
-    except KeyboardInterrupt:
-        leave(130)
-    leave(0)
+    serve_until_told(config, settings)

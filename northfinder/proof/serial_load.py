@@ -1,17 +1,15 @@
 """A minute of both sensors at full rate through real pseudo-terminals, in wall time."""
 
 import asyncio
-import json
-import sys
 import time
-from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager
+from collections.abc import Iterator
 
 from drivers.interfaces import InertialSensor
 from drivers.kvh import Kvh
 from drivers.links.serial import SerialLink
 from drivers.stim300 import Stim300
 from northfinder.proof.figure import Figure
+from northfinder.proof.processes import simulated_instruments
 
 _SENSORS: dict[str, type[Kvh] | type[Stim300]] = {"gyro": Kvh, "accelerometer": Stim300}
 
@@ -28,7 +26,7 @@ def serial_load(duration_s: float = 60.0) -> Iterator[Figure]:
 
 
 async def _load(duration_s: float) -> tuple[int, float]:
-    async with _simulated_instruments() as links:
+    async with simulated_instruments() as links:
         sensors: list[InertialSensor] = [
             await driver(SerialLink(links[role], driver.baudrate)).open()
             for role, driver in _SENSORS.items()
@@ -54,22 +52,3 @@ async def _count(sensor: InertialSensor, duration_s: float) -> int:
             came += int((block.tick < first + expected).sum())
             if block.tick[-1] >= first + expected - 1:
                 return expected - came
-
-
-@asynccontextmanager
-async def _simulated_instruments() -> AsyncIterator[dict[str, str]]:
-    """Serve the simulated instruments from a process of their own; yields link by role."""
-    command = (sys.executable, "-m", "northfinder", "sim", "--serial", "pty")
-    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
-    if process.stdout is None:
-        msg = "the simulated instruments have no output to announce their links on"
-        raise RuntimeError(msg)
-    try:
-        links: dict[str, str] = {}
-        while len(links) < 1 + len(_SENSORS):
-            announced = json.loads(await process.stdout.readline())
-            links[announced["role"]] = announced["link"]
-        yield links
-    finally:
-        process.terminate()
-        await process.wait()

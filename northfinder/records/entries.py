@@ -133,10 +133,12 @@ class Page:
     Attributes:
         runs: The runs.
         next_cursor: Where the next piece begins, ``None`` after the last.
+        total: How many there are in all the pieces.
     """
 
     runs: list[RunSummary]
     next_cursor: str | None
+    total: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from sqlalchemy import Row, false, select, tuple_
+from sqlalchemy import Row, false, func, select, tuple_
 from sqlalchemy.orm import Session, undefer_group
 
 from northfinder.records.entries import (
@@ -90,10 +90,14 @@ def page_of(
     Raises:
         UnknownRunError: The cursor is no run's id.
     """
-    newest = select(*_SUMMARY_COLUMNS).order_by(RunRow.created_utc.desc(), RunRow.id.desc())
-    for name, value in equal.items():
-        if value is not None:
-            newest = newest.where(getattr(RunRow, name) == value if storable(value) else false())
+    wanted = [
+        getattr(RunRow, name) == value if storable(value) else false()
+        for name, value in equal.items()
+        if value is not None
+    ]
+    total = session.scalar(select(func.count()).select_from(RunRow).where(*wanted)) or 0
+    newest = select(*_SUMMARY_COLUMNS).where(*wanted)
+    newest = newest.order_by(RunRow.created_utc.desc(), RunRow.id.desc())
     if cursor is not None:
         last = session.get(RunRow, cursor) if storable(cursor) else None
         if last is None:
@@ -103,7 +107,7 @@ def page_of(
         newest = newest.where(place < (last.created_utc, last.id))
     rows = session.execute(newest.limit(limit + 1)).all()
     shown = [entry_of(RunSummary, row) for row in rows[:limit]]
-    return Page(shown, shown[-1].id if len(rows) > limit else None)
+    return Page(shown, shown[-1].id if len(rows) > limit else None, total)
 
 
 def entry_of(entry: type[S], row: RunRow | Row[Any]) -> S:

@@ -117,6 +117,7 @@ class RunPage(BaseModel):
 
     runs: list[Summary]
     next_cursor: str | None
+    total: int
 
 
 class Visits(BaseModel):

@@ -15,6 +15,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
+from starlette.routing import compile_path
 
 from drivers.errors import DriverError
 from northfinder.errors import AcquisitionError, ConfigError, EstimationError, NorthfinderError
@@ -147,9 +148,19 @@ async def _answer_http(request: Request, error: Exception) -> Response:
     if problem.status_code == 404:
         problem.detail = f"There is nothing at {path}: see /docs for what there is."
     if problem.status_code == 405:
-        allowed = (problem.headers or {}).get("allow") or (problem.headers or {}).get("Allow")
+        told = {name.lower(): value for name, value in (problem.headers or {}).items()}
+        allowed = _methods_at(request) or told.get("allow", "nothing")
+        problem.headers = {"Allow": allowed}
         problem.detail = f"{request.method} is not possible at {path}: allowed is {allowed}."
     return problem.response()
+
+
+def _methods_at(request: Request) -> str | None:
+    """Return all methods of a described path; the framework names those of one route alone."""
+    for path, operations in request.app.openapi()["paths"].items():
+        if compile_path(path)[0].fullmatch(request.url.path):
+            return ", ".join(method.upper() for method in operations)
+    return None
 
 
 async def _answer_invalid(_request: Request, error: Exception) -> Response:

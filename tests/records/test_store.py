@@ -156,3 +156,12 @@ def test_a_reader_sees_whole_visits_while_others_are_written(
         done.set()
         reader.join()
     assert wrong == []
+
+
+def test_a_page_says_how_many_runs_there_are_in_all(records: Records) -> None:
+    for _ in range(3):
+        records.create_run(RUN)
+    records.set_state(records.create_run(RUN).id, "running")
+    assert records.page(2).total == 4
+    assert records.page(2, records.page(2).next_cursor).total == 4
+    assert records.page(2, state="running").total == 1

@@ -40,7 +40,11 @@ def get_visits(
     return StreamingResponse(rows, media_type=_CSV, headers=_attachment(run_id, "visits.csv"))
 
 
-@router.get("/samples", response_class=StreamingResponse)
+@router.get(
+    "/samples",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/csv": {}, _PARQUET: {}}}},
+)
 def get_samples(
     run_id: RunId,
     parts: PartsOf,

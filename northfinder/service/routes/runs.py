@@ -62,7 +62,8 @@ def list_runs(  # noqa: PLR0913, PLR0917 -- one argument a query parameter
         sentence = "query.cursor is none that a page of this service ended with."
         errors = [{"field": "query.cursor", "message": "is unknown"}]
         raise Problem(422, "invalid-request", sentence, errors=errors) from error
-    return RunPage(runs=[Summary.of(run) for run in page.runs], next_cursor=page.next_cursor)
+    runs = [Summary.of(run) for run in page.runs]
+    return RunPage(runs=runs, next_cursor=page.next_cursor, total=page.total)
 
 
 @router.get("/{run_id}", responses=problem_responses(404, 503))
