@@ -52,18 +52,22 @@ async def begin(
     return RecordedRun(rig, run, prediction.plan, writer, publish, None)
 
 
-def resume(
+async def resume(
     rig: Rig, store: records.Records, run: records.Run, writer: records.Writer, publish: Publish
 ) -> "RecordedRun":
-    """Prepare to carry a failed or interrupted run on; nothing moves yet.
+    """Take a failed or interrupted run up again: it is running from now on, nothing moves yet.
 
     Raises:
         ConfigError: The bench is not configured, or not equipped, as it was.
         NorthfinderError: The run is no north-seek.
+        IllegalStepError: It is in another state by now.
         RecordsError: Its samples are damaged, or the records cannot be used.
     """
     require_same_bench(rig, run)
-    return RecordedRun(rig, run, plan_of(run), writer, publish, past_of(store, run))
+    plan = plan_of(run)
+    past = await asyncio.to_thread(past_of, store, run)
+    publish(await writer.resume(run.id))
+    return RecordedRun(rig, run, plan, writer, publish, past)
 
 
 class RecordedRun:
@@ -121,7 +125,8 @@ class RecordedRun:
             RecordsError: The records failed; :meth:`settle` writes the rest once they are back.
         """
         try:
-            await self._enter_running()
+            if self._past is None:
+                await self._change_state("running")
             done, elapsed_s = self._past or ((), 0.0)
             seek = await north_seek.run(
                 self._rig, self._plan, self._emit, done=done, elapsed_s=elapsed_s, gate=self.gate
@@ -187,12 +192,6 @@ class RecordedRun:
                 self._unwritten.popleft()
                 raise
             self._unwritten.popleft()
-
-    async def _enter_running(self) -> None:
-        if self._past is None:
-            await self._change_state("running")
-        else:
-            self._publish(await self._writer.resume(self.id))
 
     async def _change_state(self, state: records.SettableState) -> None:
         self._publish(await self._writer.set_state(self.id, state))

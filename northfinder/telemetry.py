@@ -3,12 +3,14 @@
 import asyncio
 import math
 from collections import deque
+from dataclasses import asdict
 from typing import Any, Literal, Self
 
 import numpy as np
 
 from drivers.errors import DriverError, LinkTimeoutError, TransportError
-from drivers.interfaces import InertialSensor, Listener, SampleBlock, TableState
+from drivers.interfaces import Counters, InertialSensor, Listener, SampleBlock, TableState
+from northfinder.config import RigConfig
 from northfinder.formatting import sentence_of
 from northfinder.rig import JsonObject, Rig, SensingAxis
 from northfinder.units import DEG, DEG_PER_HOUR
@@ -77,6 +79,22 @@ class RigTelemetry:
             "homed": table.homed,
             "target_deg": None if target_rad is None else target_rad / DEG,
         }
+
+
+def unreached(config: RigConfig, why: str) -> JsonObject:
+    """Return what a snapshot would be of a rig that is not open, and what keeps it closed."""
+    devices = [
+        {
+            "role": role,
+            "driver": getattr(config, role).driver,
+            "link": getattr(config, role).link,
+            "identity": None,
+            **_device_json(("offline", why), None, None, None, None),
+            "counters": asdict(Counters()),
+        }
+        for role in ("turntable", "gyro", "accelerometer")
+    ]
+    return {"table": None, "devices": devices}
 
 
 class _TableWatch:
@@ -221,7 +239,7 @@ def _device_json(
     rate_hz: float | None,
     temperature_deg_c: float | None,
     reading: float | None,
-    reading_unit: str,
+    reading_unit: str | None,
 ) -> JsonObject:
     state, detail = condition
     return {

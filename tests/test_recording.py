@@ -55,7 +55,7 @@ def record(
                 if resumed is None:
                     runs.append(await begin(rig, SHORT, writer, publish))
                 else:
-                    runs.append(resume(rig, store, store.run(resumed), writer, publish))
+                    runs.append(await resume(rig, store, store.run(resumed), writer, publish))
                 return await runs[0].carry_out()
 
     return virtually(config, seek())
@@ -173,9 +173,9 @@ def interrupt_after(index: int) -> Watch:
     return cut
 
 
-def interrupted_after(url: str, index: int, **sections: dict[str, Any]) -> str:
+def interrupted_after(url: str, index: int) -> str:
     with pytest.raises(asyncio.CancelledError):
-        record(url, interrupt_after(index), **sections)
+        record(url, interrupt_after(index))
     return the_run(url)[0].id
 
 

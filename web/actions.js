@@ -5,7 +5,7 @@ import { $, all, setIcon, write } from "./dom.js";
 import { plusMinus } from "./format.js";
 import { why } from "./form.js";
 import { t } from "./i18n.js";
-import { ENDED, measured, north, phase, place, reason, schedule } from "./run.js";
+import { ENDED, doubtful, measured, north, phase, place, reason, schedule } from "./run.js";
 
 const SHAPES = { failed: "stopped", interrupted: "warn", aborted: "ended" };
 
@@ -36,6 +36,8 @@ export function mount(store) {
     for (const button of all("[data-step]")) button.disabled = off;
     for (const button of all("[data-again]")) button.disabled = off || why({ ...state, planError: null }) !== null;
     $("compare-runs").disabled = !other(state);
+    $("certificate").classList.toggle("primary", !doubtful(run));
+    $("again").classList.toggle("primary", doubtful(run)); // of a north that is not to be used no certificate is wanted
     for (const link of all("[data-get]")) link.href = `/api/v1/runs/${run.run_id}/${link.dataset.get}`;
     const usual = { running: "say.keep", paused: "say.paused" }[phase(state)] ?? "";
     const said = off ? (asked.step ? `asked.${asked.step}` : "The service cannot be reached.") : usual;
@@ -52,11 +54,10 @@ function showMessage(state) {
   const { run, visits, units } = state;
   const planned = schedule(run);
   const n = measured(visits).length;
-  const message = run.state === "failed" && run.error ? reason(run) : t(`say.${run.state}`);
-  const end = message.search(/[.;] /) + 1; // the first clause is the headline
+  const [what, more] = run.state === "failed" && run.error ? reason(run) : [t(`say.${run.state}`), ""];
   setIcon($("message"), SHAPES[run.state]);
-  write($("what"), end ? message.slice(0, end - 1) + "." : message);
-  write($("what-more"), end ? message[end + 1].toUpperCase() + message.slice(end + 2) : "");
+  write($("what"), what);
+  write($("what-more"), more);
   const known = north(state)?.azimuth_sigma_deg;
   const predicted = run.prediction?.azimuth_sigma_deg;
   const means = t(!known ? "means.nothing" : predicted ? "means.instead" : "means.known", { u: plusMinus(known, units), v: plusMinus(predicted, units) });

@@ -125,7 +125,7 @@ class Following {
       this.store.state.run.progress = data.progress;
       this.store.set({ progress: { ...data, heard_ms: performance.now() } });
     } else if (kind === "estimate") this.grow("estimates", data);
-    else this.grow("events", { kind, ...data });
+    else this.grow("events", { ...data, kind });
     if (kind === "visit") this.grow("visits", data);
     if (data.seq >= this.last && ["state", "error", "result"].includes(kind)) this.load().catch(reportError);
   }

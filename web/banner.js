@@ -1,6 +1,7 @@
 // What hinders everything: said in words across the page, with what to do.
 
 import { $, fill, h, icon } from "./dom.js";
+import { sentence } from "./format.js";
 import { t } from "./i18n.js";
 
 export function mount(store) {
@@ -8,16 +9,15 @@ export function mount(store) {
     const said = troubles(state);
     fill($("banner"), JSON.stringify([said, state.lang]), () => said.map(([name, detail]) => h("p.red", {},
       icon("stopped"),
-      h("span", {}, h("b", {}, t(`trouble.${name}`)), ` ${t(`trouble.${name}.do`)} `, detail && h("span.quiet", { lang: "en" }, detail)))));
+      h("span", {}, h("b", {}, t(`trouble.${name}`)), ` ${t(`trouble.${name}.do`)} `, detail && h("span.quiet", { lang: "en" }, sentence(detail))))));
   });
 }
 
 function troubles({ connection, rig, stopFailed, trouble }) {
   const lost = connection === "lost";
-  const stands = !lost && rig && !rig.run_id && rig.table && !rig.table.moving; // then no STOP is missing any more
   const offline = rig?.devices.length ? "offline" : "unreached"; // without devices the service itself has lost the rig
   return [
-    stopFailed && !stands && ["stop", stopFailed],
+    stopFailed && ["stop", stopFailed],
     lost && ["lost", null],
     !lost && rig?.state === "offline" && [offline, rig.detail],
     !lost && rig?.database?.ok === false && ["database", rig.database.detail],

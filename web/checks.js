@@ -49,7 +49,7 @@ function judge(state) {
   const add = (name, status, detail, words) => checks.push({ name, status, detail, words });
   if (latest?.solutions) add("solvers", solversApart(latest) < latest.azimuth_sigma_deg / 10 ? "pass" : "warn", t("solvers.detail"));
   for (const name of ALWAYS) if (!checks.some((check) => check.name === name)) add(name, "unknown", "", name === "drift" && run ? t("known after the way back") : "");
-  if (run?.state === "failed") add("run", "fail", run.error, reason(run).split(". ")[0]);
+  if (run?.state === "failed") add("run", "fail", run.error, reason(run)[0]);
   return checks.map((check) => ({ ...check, words: check.words || sentence(check, { ...check, latest, state, passed: check.status === "pass" }) }));
 }
 

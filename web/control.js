@@ -4,7 +4,7 @@ import { axis, azimuthAxis, createChart, heading, label, line, points } from "./
 import { $, h, write } from "./dom.js";
 import { decimals, near } from "./format.js";
 import { t } from "./i18n.js";
-import { live } from "./run.js";
+import { doubtful, live } from "./run.js";
 
 const RUN_PX = 22;
 const LABEL_PX = 70;
@@ -12,9 +12,9 @@ const WIDE = 5; // an unfinished run shows once its whiskers are at most so many
 const MARKS = { done: ["blue", "circle", 7], live: ["blue", "circle", 9], warn: ["orange", "triangle-up", 9], stopped: ["red", "square", 8] };
 
 function markOf({ state, checks }) {
-  if (["failed", "aborted", "interrupted"].includes(state)) return "stopped";
+  if (["failed", "aborted", "interrupted"].includes(state) || checks?.fail) return "stopped";
   if (state !== "completed") return "live";
-  return checks?.warn || checks?.fail ? "warn" : "done";
+  return checks?.warn ? "warn" : "done";
 }
 
 // Mean, scatter and usual sigma of the completed runs, reckoned about one of them: 359.9 and 0.1 are neighbours.
@@ -31,14 +31,15 @@ export function mount(store) {
   $("control").append(h("header", {}, title, marks), chart);
   store.on("lang", () => {
     write(title, t("Azimuth by run"));
-    write(marks, `○ ${t("in progress")} · ▲ ${t("attention")} · ■ ${t("stopped")}`);
+    write(marks, `○ ${t("in progress")} · ▲ ${t("attention")} · ■ ${t("stopped, failed")}`);
   });
   createChart(chart, store, ["runs", "run", "estimates"], (look) => build(store.state, look));
 }
 
 function build(state, look) {
   const some = live(state).filter((run) => run.kind === "north-seek" && run.rig_name === (state.rig?.name ?? run.rig_name)).slice(0, Math.floor(look.width / RUN_PX)).reverse();
-  const all = statistics(some.filter((run) => run.state === "completed"));
+  const sound = some.filter((run) => run.state === "completed" && !doubtful(run));
+  const all = statistics(sound);
   const centre = all?.mean ?? some.at(-1)?.azimuth_deg ?? 0;
   const drawn = some.map((run, x) => {
     const known = run.azimuth_deg != null && (run.state === "completed" || run.azimuth_sigma_deg < WIDE * (all?.sigma ?? 1));
@@ -58,7 +59,7 @@ function build(state, look) {
   drawn.toReversed().filter((d) => !d.x || day(d) !== day(drawn[d.x - 1])).forEach((d) => d.x < ticks.at(-1)[0] - apart && ticks.push([d.x, day(d)]));
   const level = (text, y) => label(text, 1, y, { xref: "paper", xanchor: "left", xshift: 4 });
   const mean = centre.toFixed(decimals(2 * (all?.sigma ?? 1)));
-  const n = drawn.filter(({ run }) => run.state === "completed").length;
+  const n = sound.length;
   const annotations = [heading(look, t("azimuth, °, ±2σ"))];
   const shapes = [];
   if (!drawn.length) annotations.splice(0, 1, label(t("No run yet."), 0, 1, { xref: "paper", yref: "paper" }));
@@ -67,7 +68,7 @@ function build(state, look) {
     shapes.push(line(0, centre, 1, centre, look.edge, { xref: "paper" }));
   }
   if (n > 2) {
-    annotations.push(level("+3σ", centre + 3 * scatter), level("−3σ", centre - 3 * scatter));
+    if (3 * scatter > 0.12 * (high - low)) annotations.push(level("+3σ", centre + 3 * scatter), level("−3σ", centre - 3 * scatter));
     shapes.unshift({ type: "rect", xref: "paper", x0: 0, x1: 1, y0: centre - 3 * scatter, y1: centre + 3 * scatter, fillcolor: look.wash, line: { width: 0 }, layer: "below" });
   }
   return {

@@ -1,7 +1,7 @@
 // What happened in this run, newest first.
 
 import { $, fill, h, icon } from "./dom.js";
-import { clock, count, fixed, plusMinus } from "./format.js";
+import { clock, count, fixed, plusMinus, sentence } from "./format.js";
 import { t } from "./i18n.js";
 import { schedule } from "./run.js";
 
@@ -10,20 +10,22 @@ const SHAPES = { orange: "warn", red: "stopped" };
 
 export function mount(store) {
   store.on(["events", "run"], ({ run, events, lang }) => {
+    const begun = events.find(({ state }) => state === "running");
     const newest = events.slice(-SHOWN).reverse();
     fill($("event-list"), `${run?.run_id} ${events.length} ${lang}`, () => newest.map((event) => {
-      const [text, colour = ""] = say(event, run);
+      const [text, colour = ""] = say(event, run, begun);
       const shape = SHAPES[colour] && icon(SHAPES[colour], colour);
       return h("li", { class: colour }, h("time", { datetime: event.time }, clock(event.time)), h("span", { title: text }, shape, text));
     }));
   });
 }
 
-function say(event, run) {
+function say(event, run, begun) {
+  if (event === begun) return [t("event.begun")];
   if (event.kind === "state") return [t(`event.${event.state}`), { failed: "red", interrupted: "orange" }[event.state]];
   if (event.kind === "visit") return [visit(event, run), event.lost ? "orange" : ""];
   if (event.kind === "result") return [`${t("north")} ${event.azimuth_deg.toFixed(3)}° ${plusMinus(event.azimuth_sigma_deg)}`];
-  return [event.message, event.kind === "error" ? "red" : "orange"];
+  return [sentence(event.message), event.kind === "error" ? "red" : "orange"];
 }
 
 function visit({ angle_deg, direction, gyro_mean_deg_h, samples, lost, repeats }, run) {

@@ -83,7 +83,8 @@ function notes(state, look, { rest, value, north }) {
   const missed = run?.state === "failed" && planned(state)[k]?.angle_deg;
   if (missed || missed === 0) {
     upright(missed, look.red, { yref: "paper", layer: "above" });
-    annotations.push(label(`■ ${t("stopped at visit {k}, {deg}°", { k: k + 1, deg: missed })}`, missed, 1, { yref: "paper", font: { color: look.red }, ...beside(missed) }));
+    const inside = missed < 75 && { yanchor: "top" }; // clear of the heading
+    annotations.push(label(`■ ${t("stopped at visit {k}, {deg}°", { k: k + 1, deg: Number(missed.toFixed(2)) })}`, missed, 1, { yref: "paper", font: { color: look.red }, ...beside(missed), ...inside }));
   }
   return { annotations, shapes };
 }

@@ -65,6 +65,9 @@ export const fixed = (value, places) => value.toFixed(places).replace("-", "−"
 /** The same, five decimals and more in groups of three: "0.000 001". */
 export const fine = (value, places) => fixed(value, places).replace(/\.\d+/, (part) => part.replace(/\d{3}(?=\d\d)/g, "$&\u2009"));
 
+/** What the service said, as a sentence of its own. */
+export const sentence = (words) => words[0].toUpperCase() + words.slice(1) + (/[.!?]$/.test(words) ? "" : ".");
+
 /** A direction in [0, 360). */
 export const wrap = (deg) => ((deg % 360) + 360) % 360;
 

@@ -4,13 +4,14 @@ import { showGyro, showNorth as draw } from "./dial.js";
 import { $, all, fill, h, setIcon, write } from "./dom.js";
 import { azimuth, clock, duration, plusMinus } from "./format.js";
 import { t } from "./i18n.js";
-import { ENDED, exaggeration, leftS, measured, north, phase, place, planned, schedule } from "./run.js";
+import { ENDED, doubtful, exaggeration, leftS, measured, north, phase, place, planned, schedule } from "./run.js";
 
 const MOST_CELLS = 60; // more would be narrower than can be told apart
+const LATE_S = 3;
 const NUMBERS = "No One Two Three Four Five Six Seven Eight Nine Ten Eleven Twelve".split(" ");
 const LOOKS = {
   queued: "measuring blue", running: "measuring blue", paused: "paused orange", completed: "done blue", failed: "stopped red",
-  interrupted: "warn orange", aborted: "ended quiet", doubtful: "warn orange", lost: "unknown orange", connecting: "unknown quiet",
+  interrupted: "warn orange", aborted: "ended quiet", doubtful: "stopped red", lost: "unknown orange", connecting: "unknown quiet",
   ready: "live blue", busy: "measuring blue", starting: "unknown quiet", offline: "stopped red",
 };
 
@@ -42,9 +43,9 @@ function showNorth(state) {
   write($("north-label"), label);
   write($("reference"), line ? `${t("reference line")} ${line}` : "");
   for (const button of all("[data-unit]")) button.setAttribute("aria-pressed", button.dataset.unit === units);
-  const shown = known ? azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units) : { value: "–", sign: "", sigma: "" };
+  const shown = known ? azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units) : { value: phase(state) === "running" ? "…" : "–", sign: "", sigma: "" };
   const long = units === "dms" ? "longer" : (shown.value + shown.sigma + shown.sign).length > 14 ? "long" : "";
-  $("azimuth").className = `figures ${known ? "" : "unknown"} ${long}`;
+  $("azimuth").className = `figures ${known && !doubtful(run) ? "" : "unknown"} ${long}`;
   write($("azimuth-value").firstChild, shown.value);
   write($("azimuth-value").lastChild, shown.sign === "°" ? "°" : "");
   write($("azimuth-u"), shown.sigma && shown.sigma + shown.sign);
@@ -82,7 +83,7 @@ function showState(state) {
 
 function stateName({ run, rig, connection, loaded }) {
   if (connection === "lost") return "lost";
-  if (run?.state === "completed" && run.result?.checks.some((check) => check.status === "fail")) return "doubtful";
+  if (doubtful(run)) return "doubtful";
   return run?.state ?? ((loaded && rig?.state) || "connecting");
 }
 
@@ -95,7 +96,7 @@ function details(state) {
   const left_s = leftS(state);
   const said = {
     queued: [],
-    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`, { deg: progress.angle_deg }) : at, left_s !== null && t("{time} left", { time: duration(left_s) })],
+    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`, { deg: Number(progress.angle_deg?.toFixed(2)) }) : at, left_s !== null && t(left_s < -LATE_S ? "longer than expected" : "{time} left", { time: duration(left_s) })],
     completed: [run.finished && clock(run.finished), time && t("{n} visits in {time}", { n: route.length, time })],
   }[run.state] ?? [t("at {place}", { place: at }), time && t("after {time}", { time })];
   return said.filter(Boolean).join(" · ");

@@ -14,7 +14,7 @@ const PAGE = 50;
 // [shape, colour, words]
 function outcome(run) {
   const { state, checks, attention, progress } = run;
-  if (state !== "completed") return [...(SHAPES[state] ?? ["measuring", "blue"]), state === "failed" && run.error ? reason(run) : `${t(state)} · ${Math.round(100 * progress)} %`];
+  if (state !== "completed") return [...(SHAPES[state] ?? ["measuring", "blue"]), state === "failed" && run.error ? reason(run)[0] : `${t(state)} · ${Math.round(100 * progress)} %`];
   const words = checks ? [t("{n} passed", { n: checks.pass }), ...attention.map((name) => t(name))].join(t(", ")) : t(state);
   return [...(checks?.fail ? SHAPES.failed : checks?.warn ? ["warn", "orange"] : SHAPES.completed), words];
 }
@@ -87,7 +87,7 @@ export function mount(store) {
     const runs = listed(state);
     const rigs = [...new Set([rig?.name, ...runs.map((run) => run.rig_name)])].filter(Boolean);
     write(head.firstChild, t("History"));
-    write(head.lastChild, total ? t("{n} runs", { n: total }) : "");
+    write(head.lastChild, total ? t(total === 1 ? "{n} run" : "{n} runs", { n: total }) : "");
     scroll.setAttribute("aria-label", t("History"));
     for (const select of selects) {
       const { name } = select;

@@ -22,8 +22,10 @@ export function mount(store) {
     const soon = run_id && performance.now() - turned_ms < HOLD_MS; // between two short turns it is as good as turning
     showSite(state.rig);
     showMotion(state, table && (turns || soon) && turning(state, turns ? target_deg : state.progress?.angle_deg ?? target_deg));
-    for (const row of all("#devices li")) showDevice(row, state.connection === "live" && devices.find(({ role }) => role === row.dataset.role), table);
-    if (!run_id && !turns) target_deg = null;
+    for (const row of all("#devices li")) showDevice(row, state.connection === "live" && devices.find(({ role }) => role === row.dataset.role), state.rig);
+    if (run_id || turns || !table || state.connection !== "live") return;
+    target_deg = null;
+    if (state.stopFailed) store.set({ stopFailed: null }); // it stands: no STOP is missing any more
   });
   mountStop(store);
 }
@@ -39,6 +41,7 @@ function showMotion(state, moves) {
   const { table, run_id } = state.rig;
   const [word, look] = motion(state, moves);
   const [shape, colour] = look.split(" ");
+  $("motion").classList.toggle("old", state.connection === "lost");
   write($("table-angle"), table?.angle_deg == null ? "–" : `${table.angle_deg.toFixed(2)}°`);
   write($("table-state").querySelector("b"), word);
   setIcon($("table-state"), shape);
@@ -58,8 +61,8 @@ function motion({ rig: { state, table, run_id }, run, connection }, moves) {
   return run?.state === "failed" && !run_id ? [t("stopped"), "stopped red"] : [t("still"), "still quiet"];
 }
 
-// A device that nobody can be asked about is neither well nor ill.
-function showDevice(row, device, table) {
+// A device that nobody can be asked about is neither well nor ill; what is said of the whole rig is said once.
+function showDevice(row, device, { table, detail }) {
   const [, name, now, counts] = row.children;
   const [shape, colour] = device ? LIGHTS[device.state].split(" ") : ["unknown", "quiet"];
   setIcon(row, shape);
@@ -69,7 +72,7 @@ function showDevice(row, device, table) {
   const { frames, crc_errors, lost } = device.counters;
   write(name.lastChild, device.identity?.model || device.driver);
   name.title = Object.values(device.identity ?? {}).join(" ");
-  write(counts, device.detail ?? t("{frames} frames, {bad} bad, {lost} lost", { frames: count(frames), bad: count(crc_errors), lost: count(lost) }));
+  write(counts, detail && device.detail === detail ? "" : device.detail ?? t("{frames} frames, {bad} bad, {lost} lost", { frames: count(frames), bad: count(crc_errors), lost: count(lost) }));
 }
 
 function doing({ role, rate_hz, reading, reading_unit, temperature_deg_c }, table) {

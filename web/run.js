@@ -1,5 +1,7 @@
 // What the run shown means: its phase, its legs, where it stands and what north it knows.
 
+import { sentence } from "./format.js";
+
 export const ENDED = ["completed", "failed", "aborted", "interrupted"];
 const PHASES = { queued: "running", failed: "stopped", interrupted: "stopped", aborted: "ended" };
 
@@ -28,13 +30,17 @@ export const newest = ({ run, estimates }) => run?.result ?? estimates.at(-1);
 /** North as it is known now, `{azimuth_deg, azimuth_sigma_deg}`, or null. */
 export function north(state) {
   const known = newest(state) ?? state.run;
-  return known?.azimuth_sigma_deg < 60 ? known : null;
+  return known?.azimuth_sigma_deg > 0 && known.azimuth_sigma_deg < 60 ? known : null;
 }
 
-/** What stopped a run, without where it was: the page shows that elsewhere. */
+/** Whether a run completed but failed one of its checks: its north is not to be used. */
+export const doubtful = (run) => run?.state === "completed" && Boolean(run.checks?.fail);
+
+/** What stopped a run, `[headline, the rest]`, without where it was: the page shows that elsewhere. */
 export function reason({ error }) {
   const words = error.replace(/^visit [^:]*: /, "");
-  return words[0].toUpperCase() + words.slice(1);
+  const [, headline = words, rest = ""] = /^(.{20,90}?)[.;:] (.+)$/s.exec(words) ?? [];
+  return [sentence(headline), rest && sentence(rest)];
 }
 
 /** The runs on record, the one shown as it is now. */
@@ -52,10 +58,10 @@ export function exaggeration(sigmaDeg) {
   return decade * [5, 2, 1].find((step) => most >= step * decade * 0.999);
 }
 
-/** Seconds of the reader's own clock until the run ends, or null where nobody knows. */
+/** Seconds of the reader's own clock until the run ends, negative once it is late, or null where nobody knows. */
 export function leftS({ progress, rig, run }) {
   if (run?.state !== "running" || progress?.left_s == null) return null;
-  return Math.max(0, progress.left_s / (rig?.speed || 1) - (performance.now() - progress.heard_ms) / 1000);
+  return progress.left_s / (rig?.speed || 1) - (performance.now() - progress.heard_ms) / 1000;
 }
 
 /** Whether the newest run of this rig waits for a resume or an end. */

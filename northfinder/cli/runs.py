@@ -171,7 +171,8 @@ async def _resume(run_id: str, config: RigConfig, url: str) -> dict[str, Any]:
         run = store.run(run_id)
         async with Writer(store) as writer, build_rig(config) as rig:
             await writer.interrupt_abandoned(rig.name)
-            return await resume_run(rig, store, run, writer, progress.show).carry_out()
+            revived = await resume_run(rig, store, run, writer, progress.show)
+            return await revived.carry_out()
 
 
 def _events(store: Records, run_id: str) -> Iterator[Any]:

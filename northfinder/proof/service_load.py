@@ -68,8 +68,9 @@ async def _measure(
                 await _ready(client)
                 plan = await _plan(client, duration_s)
                 run_id = (await client.ask("POST", f"{_API}/runs", plan))["run_id"]
-                run = f"{_API}/runs/{run_id}"
-                seen = await _bear(port, run, subscribers, requests_per_s)
+            run = f"{_API}/runs/{run_id}"
+            seen = await _bear(port, run, subscribers, requests_per_s)
+            with closing(HttpConnection(port)) as client:
                 ended, rig = await client.ask("GET", run), await client.ask("GET", f"{_API}/rig")
     if ended["state"] != "completed":
         msg = f"the run under load is {ended['state']}: {ended['error']}"
@@ -142,7 +143,8 @@ def _lost(run: JsonObject, rig: JsonObject) -> int:
     """Return what did not come, by the visits and by the devices' counters."""
     by_visits: int = sum(visit["lost"] for visit in run["result"]["visits"])
     counters = [device["counters"] for device in rig["devices"]]
-    return by_visits + sum(each["lost"] + each["crc_errors"] for each in counters)
+    by_counters: int = sum(each["lost"] + each["crc_errors"] for each in counters)
+    return by_visits + by_counters
 
 
 def _missed(run: JsonObject, seen: _Seen) -> int:

@@ -16,6 +16,8 @@ _LOG = logging.getLogger(__name__)
 _QUEUE_EVENTS = 1024  # a subscriber so far behind reads the rest from the records
 _HERE_S = 15.0  # a live run says nothing during a long dwell
 _ELSEWHERE_S = 1.0  # how often a run of another process is looked up
+_READERS = 4  # of the records at a time; a hundred that subscribe at once must not starve the rest
+_EVENTS = 1000  # that are read at once
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,7 @@ class Hub:
         self._loop = loop
         self._queues: dict[str, list[asyncio.Queue[Frame | None]]] = {}
         self._here: set[str] = set()
+        self._reading = asyncio.Semaphore(_READERS)
         self._closed = False
 
     @property
@@ -74,7 +77,8 @@ class Hub:
         with self._queue(run_id) as queue:
             seq = after
             while not self._closed:
-                missing, over = await run_in_threadpool(self._recorded, run_id, seq)
+                async with self._reading:
+                    missing, over = await run_in_threadpool(self._recorded, run_id, seq)
                 for frame in missing:
                     yield frame
                     seq = frame.seq
@@ -94,8 +98,11 @@ class Hub:
         """
         frames: list[Frame] = []
         try:
-            while events := self._records.events(run_id, frames[-1].seq if frames else after):
+            while True:
+                events = self._records.events(run_id, after + len(frames), _EVENTS)
                 frames += [Frame.of(event) for event in events]
+                if len(events) < _EVENTS:
+                    break
             over = frames[-1].ends if frames else self._records.run(run_id).state in ENDED
         except RecordsError as error:
             _LOG.warning("the events of run %s after %d cannot be read: %s", run_id, after, error)

@@ -5,9 +5,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drivers.interfaces import Role
+from northfinder.config import SimulationConfig
 from northfinder.procedures.north_seek import Plan
 from northfinder.records import Run, RunSummary, State
 from northfinder.records.states import LEGAL_STEPS
+from northfinder.wiring.faults import TableFaultSettings
 
 JsonObject = dict[str, Any]
 Step = Literal["pause", "resume", "abort"]
@@ -15,6 +18,8 @@ Step = Literal["pause", "resume", "abort"]
 
 class RunRequest(Plan):
     """A run to start, or to predict; everything but the kind may be left out."""
+
+    model_config = ConfigDict(strict=True)  # true is no latitude of 1 degree
 
     kind: Literal["north-seek"]
 
@@ -211,6 +216,34 @@ class SimulationSettings(BaseModel):
     gyro_bias_instability_deg_h: float
     accel_noise_g_sqrt_hz: float
     seed: int
+
+
+def _whatever_is_given(schema: JsonObject) -> None:
+    """Describe what may be changed: what is left out stays as it is, whatever its default."""
+    for fixed in ("seed", "speed"):
+        schema["properties"].pop(fixed, None)
+    for described in schema["properties"].values():
+        described.pop("default", None)
+
+
+class SimulationChanges(SimulationConfig):
+    """Some of the simulated world's truth."""
+
+    model_config = ConfigDict(
+        strict=True,
+        json_schema_extra=_whatever_is_given,
+    )
+
+
+class FaultChanges(TableFaultSettings):
+    """Some faults of one simulated device; the last two are the turntable's."""
+
+    model_config = ConfigDict(
+        strict=True,
+        json_schema_extra=_whatever_is_given,
+    )
+
+    device: Role
 
 
 class Faults(BaseModel):

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 from collections.abc import AsyncIterator
 from typing import Any
 
@@ -18,6 +19,7 @@ from northfinder.software import version
 
 JsonObject = dict[str, Any]
 
+_LOG = logging.getLogger(__name__)
 _MOVING_S = 0.05
 _STILL_S = 0.5
 _HOUSEKEEPING_S = 2.0
@@ -106,10 +108,11 @@ class RigFeed:
             try:
                 await run_in_threadpool(records.page, 1)
                 self._unreadable = None
+                await self._thread.call(Worker.interrupt_abandoned)
             except RecordsError as error:
                 self._unreadable = sentence_of(error)
-            else:
-                await self._thread.call(Worker.interrupt_abandoned)
+            except RigOfflineError as error:
+                _LOG.warning("%s", sentence_of(error))
             await asyncio.sleep(_HOUSEKEEPING_S)
 
     async def _pause(self, *, moves: bool) -> None:

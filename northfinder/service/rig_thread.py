@@ -64,6 +64,10 @@ class RigThread:
         """
         return self._worker.rig()
 
+    def carries_out(self, run_id: str) -> bool:
+        """Say whether a run is the one that is on here."""
+        return self._worker.run_id == run_id
+
     def will_pause(self, run_id: str) -> bool:
         """Say whether a run is paused, or about to be."""
         return self._worker.run_id == run_id and self._worker.is_pausing

@@ -5,6 +5,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from pyarrow import parquet
 
 from tests.cli.conftest import SHORT, Northfinder
 
@@ -108,6 +109,35 @@ def test_runs_are_listed_shown_and_recomputed(northfinder: Northfinder) -> None:
     recomputed = northfinder("runs", "recompute", first)
     assert recomputed.code == 0
     assert recomputed.out.endswith("identical to the recorded result\n")
+
+
+def test_what_a_run_left_is_exported_and_certified(
+    northfinder: Northfinder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_id = run_id_of(northfinder)
+    monkeypatch.chdir(tmp_path)
+    for kind in ("csv", "parquet", "visits", "json"):
+        assert northfinder("runs", "export", run_id[:10], "--format", kind).code == 0
+    assert northfinder("runs", "report", run_id).out == (
+        f"written to northfinder-{run_id}-certificate.html\n"
+    )
+    written = {
+        path.name.removeprefix(f"northfinder-{run_id}-"): path for path in tmp_path.iterdir()
+    }
+    shown = json.loads(northfinder("runs", "show", run_id, "--json").out)
+    assert json.loads(written["result.json"].read_text()) == shown
+    assert len(written["visits.csv"].read_text().splitlines()) == 1 + len(shown["visits"])
+    samples = parquet.read_table(written["samples.parquet"])
+    assert samples.num_rows == len(written["samples.csv"].read_text().splitlines()) - 1
+    assert run_id in written["certificate.html"].read_text(encoding="utf-8")
+    elsewhere = northfinder("runs", "export", run_id, "--output", str(tmp_path / "no" / "x.csv"))
+    assert (elsewhere.code, "No such file or directory" in elsewhere.err) == (1, True)
+
+
+def test_a_completed_run_is_not_resumed(northfinder: Northfinder) -> None:
+    answer = northfinder("runs", "resume", run_id_of(northfinder))
+    assert (answer.code, answer.out) == (1, "")
+    assert "completed" in answer.err
 
 
 def test_a_failed_run_exits_with_1_and_is_shown_with_its_reason(

@@ -93,6 +93,40 @@ def test_ctrl_c_aborts_the_run_stops_the_table_and_exits_with_130(tmp_path: Path
     assert 1 <= visits < 8
 
 
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ("--host 0.0.0.0", "set NORTHFINDER_TOKEN"),
+        ("--sim-speed inf", "could follow an infinite simulation speed"),
+        ("--port 99999", "is not in the range 0<=x<=65535"),
+        ("--database mysql://x", "use sqlite or postgresql"),
+    ],
+)
+def test_a_service_that_cannot_be_served_says_why(
+    arguments: str, says: str, tmp_path: Path
+) -> None:
+    answer = finished(tmp_path, "serve", "--port", "0", *arguments.split())
+    assert (answer.returncode, answer.stdout) == (2, "")
+    (line,) = answer.stderr.splitlines()
+    assert says in line
+
+
+def test_a_killed_run_is_carried_on_by_another_process(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'x.db'}"
+    with started(tmp_path, "seek", *SHORT, "--sim-speed", "5", "--database", url) as process:
+        wait_for_a_visit(url)
+        process.kill()
+        process.communicate(timeout=10)
+    with Records.open(url) as store:
+        (run,) = store.page(2).runs
+    resumed = finished(tmp_path, "runs", "resume", run.id[:12], "--json", "--database", url)
+    result = json.loads(resumed.stdout)
+    assert (resumed.returncode, result["run_id"], result["state"]) == (0, run.id, "completed")
+    assert len([visit for visit in result["visits"] if visit["repeats"] is None]) == 8
+    again = finished(tmp_path, "runs", "recompute", run.id, "--json", "--database", url)
+    assert json.loads(again.stdout) == result
+
+
 def wait_for_a_visit(url: str) -> None:
     deadline_s = time.monotonic() + 20.0
     while time.monotonic() < deadline_s:

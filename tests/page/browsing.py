@@ -8,10 +8,9 @@ from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
-from tests.service.process import ServiceProcess
-
 #: A loaded machine's, not the page's: what is measured is asserted where it is measured.
 PATIENCE_MS = 30_000
+expect.set_options(timeout=PATIENCE_MS)
 
 
 @dataclass
@@ -33,8 +32,7 @@ class Browsing:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        for context in self._contexts:
-            context.close()
+        self.close()
 
     def context(self, **options: Any) -> BrowserContext:
         """Open a context with a cold cache."""
@@ -53,10 +51,15 @@ class Browsing:
         self._contexts.append(context)
         return context
 
-    def page(self, service: ServiceProcess, **options: Any) -> Page:
+    def close(self) -> None:
+        """Close every page: before the end of a service, which they would miss."""
+        for context in self._contexts:
+            context.close()
+
+    def page(self, address: str, **options: Any) -> Page:
         """Open the page in a context of its own and wait until it knows the rig."""
         page = self.context(**options).new_page()
-        show(page, service)
+        show(page, address)
         return page
 
     def expect_complaint(self, pattern: str) -> None:
@@ -77,9 +80,9 @@ class Browsing:
         return [url for url in self.requests if urlsplit(url).hostname not in inner]
 
 
-def show(page: Page, service: ServiceProcess) -> None:
+def show(page: Page, address: str) -> None:
     """Open the page and wait until it knows the rig."""
-    page.goto(service.address)
+    page.goto(address)
     page.wait_for_selector("body:not([data-phase=connecting])", timeout=PATIENCE_MS)
 
 

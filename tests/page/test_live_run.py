@@ -44,7 +44,7 @@ def _tab_to(page: Page, target: Locator) -> None:
 
 
 def test_a_click_brings_north(browsing: Browsing, service: ServiceProcess) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     choose_plan(page, 6, 1)
     find_button(page).click()
     wait_for_phase(page, "completed")
@@ -63,7 +63,7 @@ def test_a_click_brings_north(browsing: Browsing, service: ServiceProcess) -> No
 
 
 def test_a_run_is_followed_while_it_measures(browsing: Browsing, service: ServiceProcess) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     run_id = _begin_long_run(page, service)
     expect(page.locator("#run-state")).to_contain_text("Measuring")
     expect(page.locator("#run-detail")).to_contain_text(re.compile(r"position \d+ of \d+.* left"))
@@ -77,7 +77,7 @@ def test_a_run_is_followed_while_it_measures(browsing: Browsing, service: Servic
 
 
 def test_the_keyboard_alone_brings_north(browsing: Browsing, service: ServiceProcess) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     if not page.locator("#positions").is_visible():
         _tab_to(page, page.locator("#change"))
         page.keyboard.press("Enter")
@@ -107,7 +107,7 @@ def test_the_keyboard_alone_brings_north(browsing: Browsing, service: ServicePro
 def test_stop_stops_the_table_and_ends_the_run(
     browsing: Browsing, service: ServiceProcess, way: str
 ) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     run_id = _begin_long_run(page, service)
     stop = page.get_by_role("button", name="STOP")
     if way == "click":
@@ -128,7 +128,7 @@ def test_stop_stops_the_table_and_ends_the_run(
 def test_a_run_is_paused_resumed_and_aborted_by_its_buttons(
     browsing: Browsing, service: ServiceProcess
 ) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     run_id = _begin_long_run(page, service)
     page.get_by_role("button", name="Pause").click()
     wait_for_phase(page, "paused")
@@ -147,7 +147,7 @@ def test_switching_the_unit_shows_the_same_north(
     browsing: Browsing, service: ServiceProcess
 ) -> None:
     result = service.wait(service.start())["result"]
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     for unit, circle in (("gon", 400), ("mil", 6400)):
         page.locator(f"[data-unit={unit}]").click()
         expect(page.locator("#azimuth-u")).to_contain_text(unit)

@@ -27,11 +27,14 @@ def _refused(status: int) -> str:
 
 @pytest.mark.usefixtures("idle")
 def test_a_failed_run_says_why_and_is_resumed(browsing: Browsing, service: ServiceProcess) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     fault = {"device": "turntable", "short_by_deg": 0.31}
-    run_id = service.start({**SHORT, "positions": 12, "dwell_s": 5})
+    run_id = service.start({**SHORT, "positions": 24, "dwell_s": 5})
     service.wait_for_visits(run_id, 4)
+    service.api.post(f"/runs/{run_id}/pause")
+    service.wait(run_id, "paused")
     service.api.post("/rig/simulation/faults", json=fault)
+    service.api.post(f"/runs/{run_id}/resume")
     wait_for_phase(page, "stopped")
     expect(page.locator("#run-state")).to_contain_text("Stopped")
     expect(page.locator("#what")).to_contain_text("0.31")
@@ -51,7 +54,7 @@ def test_a_stopped_run_can_be_ended(browsing: Browsing, service: ServiceProcess)
     service.api.post("/rig/simulation/faults", json={"device": "turntable", "short_by_deg": 1})
     run_id = service.start()
     service.wait(run_id, "failed")
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     page.get_by_role("button", name="End run").click()
     wait_for_phase(page, "ended")
     assert service.run(run_id)["state"] == "aborted"
@@ -60,7 +63,7 @@ def test_a_stopped_run_can_be_ended(browsing: Browsing, service: ServiceProcess)
 
 @pytest.mark.usefixtures("idle")
 def test_an_offline_rig_is_said_and_comes_back(browsing: Browsing, service: ServiceProcess) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     service.api.post("/rig/simulation/faults", json={"device": "turntable", "silent": True})
     banner = page.get_by_role("alert").filter(has_text="The rig is offline.")
     expect(banner).to_contain_text("power and cables", timeout=PATIENCE_MS)
@@ -75,7 +78,7 @@ def test_locked_records_are_said_and_come_back(browsing: Browsing, tmp_path: Pat
     browsing.expect_complaint(_refused(503))
     with serving(tmp_path) as service:
         wait_until_ready(service)
-        page = browsing.page(service)
+        page = browsing.page(service.address)
         banner = page.get_by_role("alert").filter(has_text="The records cannot be written.")
         with closing(sqlite3.connect(tmp_path / "records.db", isolation_level=None)) as other:
             other.execute("BEGIN EXCLUSIVE")
@@ -83,14 +86,16 @@ def test_locked_records_are_said_and_come_back(browsing: Browsing, tmp_path: Pat
             expect(page.locator("#find-why")).to_contain_text("locked", timeout=PATIENCE_MS)
             other.execute("ROLLBACK")
         expect(banner).to_have_count(0, timeout=PATIENCE_MS)
+        choose_plan(page, 4, 1)
         find_button(page).click()
         wait_for_phase(page, "completed")
+        browsing.close()
 
 
 def test_records_locked_during_a_run_stop_it_in_words(browsing: Browsing, tmp_path: Path) -> None:
     with serving(tmp_path) as service:
         wait_until_ready(service)
-        page = browsing.page(service)
+        page = browsing.page(service.address)
         run_id = service.start({**LONG, "positions": 90, "dwell_s": 20})
         service.wait_for_visits(run_id, 1)
         banner = page.get_by_role("alert").filter(has_text="The records cannot be written.")
@@ -104,6 +109,7 @@ def test_records_locked_during_a_run_stop_it_in_words(browsing: Browsing, tmp_pa
         expect(banner).to_have_count(0, timeout=PATIENCE_MS)
         page.get_by_role("button", name="Resume").click()
         wait_for_phase(page, "running")
+        browsing.close()
 
 
 def test_a_service_with_a_token_asks_for_it(browsing: Browsing, tmp_path: Path) -> None:
@@ -120,18 +126,19 @@ def test_a_service_with_a_token_asks_for_it(browsing: Browsing, tmp_path: Path) 
         page.keyboard.press("Enter")
         expect(dialog).to_be_hidden()
         expect(find_button(page)).to_be_enabled(timeout=PATIENCE_MS)
-        show(page, service)
+        show(page, service.address)
         expect(dialog).to_be_hidden()
         choose_plan(page, 4, 1)
         find_button(page).click()
         wait_for_phase(page, "completed")
+        browsing.close()
 
 
 @pytest.mark.usefixtures("idle")
 def test_a_second_run_is_refused_with_the_reason(
     browsing: Browsing, service: ServiceProcess
 ) -> None:
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     service.start({**LONG, "positions": 90, "dwell_s": 20})
     expect(page.locator("#find")).to_be_disabled()
     expect(page.locator("#find-why")).to_contain_text("One run at a time.")
@@ -150,7 +157,7 @@ def test_what_the_service_refuses_stands_beside_the_field(
     browsing: Browsing, service: ServiceProcess, name: str, value: str, says: str
 ) -> None:
     browsing.expect_complaint(_refused(422))
-    page = browsing.page(service)
+    page = browsing.page(service.address)
     choose_plan(page, 12, 5)
     field = page.locator(f"#{name}")
     before = field.input_value()

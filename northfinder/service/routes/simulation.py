@@ -3,39 +3,21 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Body
-from pydantic import BaseModel
 
-from northfinder.config import SimulationConfig
 from northfinder.rig import Simulation
-from northfinder.service.messages import Faults, SimulationSettings
+from northfinder.service.messages import (
+    FaultChanges,
+    Faults,
+    SimulationChanges,
+    SimulationSettings,
+)
 from northfinder.service.parts import PartsOf
 from northfinder.service.problems import Problem, problem_responses
 from northfinder.service.worker import JsonObject, Worker
-from northfinder.wiring.faults import TableFaultSettings
 
 router = APIRouter(
     prefix="/rig/simulation", tags=["simulation"], responses=problem_responses(404, 503)
 )
-
-_CHANGE = {"azimuth_deg": 50.0}
-_FAULT = {"device": "gyro", "drop_per_byte": 0.001}
-
-
-def _some_of(model: type[BaseModel], *but: str, **more: JsonObject) -> JsonObject:
-    """Describe a body with some of a model's fields; the simulation checks it, in its words."""
-    fields = model.model_json_schema()["properties"]
-    for field in fields.values():
-        field.pop("default", None)  # what is left out stays as it is
-    properties = {name: field for name, field in fields.items() if name not in but}
-    return {
-        "properties": {**more, **properties},
-        "required": [*more],
-        "additionalProperties": False,
-    }
-
-
-_CHANGES = _some_of(SimulationConfig, "seed", "speed")
-_FAULTS = _some_of(TableFaultSettings, device={"enum": ["turntable", "gyro", "accelerometer"]})
 
 
 @router.get("", response_model=SimulationSettings)
@@ -46,14 +28,14 @@ async def get_simulation(parts: PartsOf) -> JsonObject:
 
 @router.patch("", response_model=SimulationSettings, responses=problem_responses(422))
 async def change_simulation(
-    parts: PartsOf,
-    changes: Annotated[JsonObject, Body(examples=[_CHANGE], json_schema_extra=_CHANGES)],
+    parts: PartsOf, changes: Annotated[SimulationChanges, Body(examples=[{"azimuth_deg": 50.0}])]
 ) -> JsonObject:
     """Change some of it at once; a run that is on says so among its events."""
+    given = changes.model_dump(exclude_unset=True)
 
     async def change(worker: Worker) -> JsonObject:
-        truth = _simulation(worker).change(changes)
-        worker.warn_of_change(changes)
+        truth = _simulation(worker).change(given)
+        worker.warn_of_change(given)
         return truth
 
     return await parts.thread.call(change)
@@ -72,14 +54,13 @@ async def get_faults(parts: PartsOf) -> JsonObject:
 @router.post("/faults", response_model=Faults, responses=problem_responses(422))
 async def set_faults(
     parts: PartsOf,
-    request: Annotated[JsonObject, Body(examples=[_FAULT], json_schema_extra=_FAULTS)],
+    request: Annotated[FaultChanges, Body(examples=[{"device": "gyro", "drop_per_byte": 0.001}])],
 ) -> JsonObject:
     """Set some faults of one device at once."""
-    given = dict(request)
-    device = str(given.pop("device", None))
+    given = request.model_dump(exclude_unset=True, exclude={"device"})
 
     async def set_some(worker: Worker) -> JsonObject:
-        return {"faults": _simulation(worker).set_faults(device, given)}
+        return {"faults": _simulation(worker).set_faults(request.device, given)}
 
     return await parts.thread.call(set_some)
 
