@@ -45,6 +45,20 @@ export function mount(store) {
     if (SHAPES[run.state]) showMessage(state);
   }
   store.on(["run", "runs", "rig", "connection", "visits", "estimates", "units"], show);
+  keepFocus(store);
+}
+
+// A button goes away with the state that it belongs to: who used it by keyboard finds the next one in hand.
+function keepFocus(store) {
+  let held = null;
+  let before = "";
+  for (const kind of ["focusin", "pointerdown"]) addEventListener(kind, ({ target }) => { held = target.closest("button, a"); });
+  store.on("run", (state) => {
+    const now = phase(state);
+    const gone = held && (held.disabled || !held.checkVisibility());
+    if (now !== before && gone) [...all("#actions :is(button, a), #message button")].find((next) => !next.disabled && next.checkVisibility())?.focus({ preventScroll: true });
+    before = now;
+  });
 }
 
 const other = ({ run, runs }) => runs.find((one) => one.run_id !== run.run_id && one.state === "completed" && one.kind === run.kind);
@@ -61,7 +75,7 @@ function showMessage(state) {
   const known = north(state)?.azimuth_sigma_deg;
   const predicted = run.prediction?.azimuth_sigma_deg;
   const means = t(!known ? "means.nothing" : predicted ? "means.instead" : "means.known", { u: plusMinus(known, units), v: plusMinus(predicted, units) });
-  write($("means"), `${t("means.kept", { n, all: planned.length })} ${means}`);
-  write($("what-to-do"), t(`do.${run.state}`));
+  write($("means"), n ? `${t("means.kept", { n, all: planned.length })} ${means}` : t("means.none"));
+  write($("what-to-do"), t(n || run.state === "aborted" ? `do.${run.state}` : "do.empty"));
   write($("resume-at"), t("Resume at position {n}", place(planned, n)));
 }

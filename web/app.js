@@ -8,7 +8,7 @@ import * as rig from "./rig.js";
 import { get, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
 import { $, all } from "./dom.js";
 import { choose, speak } from "./i18n.js";
-import { loadPlotly } from "./plotly.js";
+import { loadPlotly } from "./drawing.js";
 import { ENDED, phase } from "./run.js";
 import { createStore } from "./store.js";
 

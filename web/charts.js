@@ -1,7 +1,7 @@
 // The one look of every chart: two thin axes, no grid, units above the axis, whiskers of two sigma.
 
 import { wrap } from "./format.js";
-import { loadPlotly } from "./plotly.js";
+import { loadPlotly } from "./drawing.js";
 
 const REDRAW_MS = 500;
 const COLOURS = ["paper", "ink", "ink2", "ink3", "edge", "hairline", "blue", "band", "wash", "orange", "red"];

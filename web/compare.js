@@ -2,7 +2,7 @@
 
 import { get } from "./api.js";
 import { $, fill, h } from "./dom.js";
-import { decimals, fixed, near } from "./format.js";
+import { decimals, fixed, locale, near } from "./format.js";
 import { t } from "./i18n.js";
 import { columns, row, titled } from "./tables.js";
 
@@ -25,13 +25,18 @@ export function mount(store) {
     panel.scrollIntoView({ block: "nearest" });
   }
 
+  function close() {
+    store.set({ compare: [] });
+    $("history").querySelector(".scroll").focus({ preventScroll: true }); // where the runs were chosen
+  }
+
   function view(all) {
     const runs = all.filter((run) => run.result);
-    const when = (run) => new Date(run.created).toLocaleString(document.documentElement.lang, { dateStyle: "medium", timeStyle: "short" });
+    const when = (run) => new Date(run.created).toLocaleString(locale(), { dateStyle: "medium", timeStyle: "short" });
     const rows = Object.entries(NUMBERS).map(([name, pick]) => row(t(name), ...runs.map((run) => plusMinus(...pick(run.result)))));
     rows.push(row(t("azimuth less the first's, °"), ...runs.map((run, k) => (k ? verdict(runs[0].result, run.result) : ""))));
     return [
-      titled(t("Compare"), h("button.link", { type: "button", onclick: () => store.set({ compare: [] }) }, t("close"))),
+      titled(t("Compare"), h("button.link", { type: "button", onclick: close }, t("close"))),
       h("div.scroll", { tabindex: 0, role: "region", "aria-label": t("Compare") }, h("table.rows", {}, h("thead", {}, columns(...runs.map((run) => [when(run), h("small", {}, run.rig_name)]))), h("tbody", {}, ...rows))),
       h("p.note", {}, t("compare.note"), " ", runs.length < all.length ? t("{n} of the chosen runs have no result.", { n: all.length - runs.length }) : ""),
     ];

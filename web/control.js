@@ -2,7 +2,7 @@
 
 import { axis, azimuthAxis, createChart, heading, label, line, points } from "./charts.js";
 import { $, h, write } from "./dom.js";
-import { decimals, near } from "./format.js";
+import { decimals, locale, near } from "./format.js";
 import { t } from "./i18n.js";
 import { doubtful, live } from "./run.js";
 
@@ -53,7 +53,7 @@ function build(state, look) {
     const own = drawn.filter((d) => d.mark === mark && (d.y !== null || mark === "stopped"));
     return points(own.map((d) => d.x), own.map((d) => d.y ?? low - room), look[colour], symbol, size, own.map((d) => d.sigma), mark === "live" ? look.paper : null);
   });
-  const day = ({ run }) => new Date(run.created).toLocaleDateString(document.documentElement.lang === "en" ? "en-GB" : "zh-CN", { day: "numeric", month: "short" });
+  const day = ({ run }) => new Date(run.created).toLocaleDateString(locale(), { day: "numeric", month: "short" });
   const ticks = drawn.length ? [[drawn.length - 1, t(drawn.at(-1).mark === "live" ? "now" : "newest")]] : [];
   const apart = (LABEL_PX * drawn.length) / look.width;
   drawn.toReversed().filter((d) => !d.x || day(d) !== day(drawn[d.x - 1])).forEach((d) => d.x < ticks.at(-1)[0] - apart && ticks.push([d.x, day(d)]));

@@ -97,7 +97,8 @@ function showErrors({ planError }) {
 export function why(state) {
   const { connection, rig, planError } = state;
   if (connection === "lost") return t("The service cannot be reached.");
-  if (!rig || rig.state === "starting") return t("The rig is starting.");
+  if (!rig) return t("state.connecting");
+  if (rig.state === "starting") return t("The rig is starting.");
   if (rig.state === "offline") return t("The rig is offline.");
   if (rig.database?.ok === false) return t("trouble.database");
   if (rig.run_id || ["running", "paused"].includes(phase(state))) {

@@ -53,6 +53,9 @@ export function duration(seconds) {
 /** The time of day of an ISO time, in the reader's own zone. */
 export const clock = (iso) => new Date(iso).toLocaleTimeString("en-GB");
 
+/** The locale of dates: day before month in English too, as everywhere but in one country. */
+export const locale = () => (document.documentElement.lang === "en" ? "en-GB" : "zh-CN");
+
 /** A latitude with its hemisphere: "40.000° N". */
 export const latitude = (deg) => `${Math.abs(deg).toFixed(3)}° ${deg < 0 ? "S" : "N"}`;
 

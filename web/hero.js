@@ -66,7 +66,7 @@ function showDial(state) {
     azimuthDeg: known?.azimuth_deg ?? null, sigmaDeg: known?.azimuth_sigma_deg ?? 0, factor, angles,
     states: angles.map((deg) => (done.has(deg) ? "on" : run?.state === "failed" && deg === next ? "bad" : "")),
     label: known ? t("dial.known", { north: where, done: done.size, all: angles.length }) : t("dial.unknown"),
-    note: known ? t("dial.note", { factor }) : t(run ? "dial.mark" : "dial.planned"),
+    note: known ? t("dial.note", { factor }) : angles.length ? t(run ? "dial.mark" : "dial.planned") : "",
   });
 }
 

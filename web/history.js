@@ -2,7 +2,7 @@
 
 import { get, openRun } from "./api.js";
 import { $, fill, h, icon, write } from "./dom.js";
-import { azimuth } from "./format.js";
+import { azimuth, locale } from "./format.js";
 import { t } from "./i18n.js";
 import { live, reason } from "./run.js";
 import { columns, titled } from "./tables.js";
@@ -68,12 +68,12 @@ export function mount(store) {
     return { tick, when, tr: h("tr", { onclick: open }, ...[tick, when, ...Array(5).fill("")].map((cell) => h("td", {}, cell))) };
   }
 
-  function update({ tick, when, tr }, run, { run: shown, units, compare, lang }) {
+  function update({ tick, when, tr }, run, { run: shown, units, compare }) {
     const known = run.azimuth_deg != null && run.azimuth_sigma_deg < 60 && azimuth(run.azimuth_deg, run.azimuth_sigma_deg, units);
     const [shape, colour, words] = outcome(run);
     const now = run.run_id === shown?.run_id;
     tick.checked = compare.includes(run.run_id);
-    write(when, new Date(run.created).toLocaleString(lang === "zh" ? "zh-CN" : "en-GB", { day: "2-digit", month: "short", hour: "2-digit", minute: "2-digit" }).replace(",", ""));
+    write(when, new Date(run.created).toLocaleString(locale(), { day: "2-digit", month: "short", hour: "2-digit", minute: "2-digit" }).replace(",", ""));
     tick.setAttribute("aria-label", `${t("compare")} ${when.textContent}`);
     when.setAttribute("aria-current", now);
     tr.classList.toggle("shown", now);

@@ -21,12 +21,14 @@ export function mount(store) {
   async function load() {
     const [truth, { faults }] = await Promise.all([get("/rig/simulation"), get("/rig/simulation/faults")]);
     const clear = () => del("/rig/simulation/faults").then(load).catch(report);
+    const { id } = document.activeElement;
     write(said, "");
     panel.replaceChildren(
       h("p.note", {}, t("simulation.note")), group(t("Truth"), "truth", truth, (change) => patch("/rig/simulation", change)),
       ...Object.entries(faults).map(([device, its]) => group(t(`Faults: ${device}`), device, its, (change) => post("/rig/simulation/faults", { device, ...change }))),
-      h("button", { type: "button", onclick: clear }, t("Clear all faults")), said,
+      h("button", { id: "clear-faults", type: "button", onclick: clear }, t("Clear all faults")), said,
     );
+    if (id) $(id)?.focus({ preventScroll: true });
   }
 
   const group = (legend, name, values, send) => h("fieldset", {}, h("legend", {}, legend), ...Object.keys(values).filter((key) => key in FIELDS).map((key) => field(`${name}-${key}`, key, values[key], send)));

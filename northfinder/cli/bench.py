@@ -10,6 +10,7 @@ from rich.text import Text
 from northfinder.proof.figure import Figure
 from northfinder.proof.measurements import harmonic_fit, kvh_decoding, whole_seek
 from northfinder.proof.serial_load import serial_load
+from northfinder.proof.service_load import service_load
 from northfinder.proof.statistics import coverage, cramer_rao, linear_drift, solver_agreement
 
 MEASUREMENTS = {
@@ -21,6 +22,7 @@ MEASUREMENTS = {
     "harmonic-fit": harmonic_fit,
     "whole-seek": whole_seek,
     "serial-load": serial_load,
+    "service-load": service_load,
 }
 
 
@@ -28,7 +30,7 @@ MEASUREMENTS = {
 @click.argument("name", required=False, type=click.Choice(list(MEASUREMENTS)))
 @click.option("--require", is_flag=True, help="Exit with 1 where a figure is not met.")
 def bench(name: str | None, *, require: bool) -> None:
-    """Measure this machine: one of the measurements, or all of them (about 90 s)."""
+    """Measure this machine: one of the measurements, or all of them (about three minutes)."""
     chosen = [MEASUREMENTS[name]] if name else list(MEASUREMENTS.values())
     figures = [figure for measure in chosen for figure in measure()]
     Console().print(_table(figures))

@@ -79,12 +79,16 @@ async def _measure(
 
 
 async def _bear(port: int, run: str, subscribers: int, requests_per_s: float) -> _Seen:
-    """Subscribe, watch and ask until the run's streams end."""
+    """Subscribe and watch, and ask from the moment when all have subscribed until the run ends."""
     seen = _Seen([], [[] for _ in range(subscribers)], [0] * _WATCHERS)
     async with asyncio.TaskGroup() as group:
+        come = asyncio.Semaphore(0)
+        listening = [group.create_task(_listen(port, run, come, each)) for each in seen.numbers]
         others = [group.create_task(_watch(port, seen.looks, n)) for n in range(_WATCHERS)]
+        for _ in listening:
+            await come.acquire()
         others.append(group.create_task(_ask(port, run, requests_per_s, seen.latency_s)))
-        await asyncio.gather(*(_listen(port, run, numbers) for numbers in seen.numbers))
+        await asyncio.wait(listening)
         for task in others:
             task.cancel()
     return seen
@@ -107,9 +111,13 @@ async def _plan(client: HttpConnection, duration_s: float) -> JsonObject:
     return {**plan, "dwell_s": 0.2 + max(0.0, duration_s - shortest_s) / positions}
 
 
-async def _listen(port: int, run: str, numbers: list[int]) -> None:
+async def _listen(port: int, run: str, come: asyncio.Semaphore, numbers: list[int]) -> None:
+    """Note the numbers of a run's events; say when the first has come."""
     with closing(HttpConnection(port)) as connection:
-        numbers += [number or 0 async for number in connection.follow(f"{run}/events")]
+        async for number in connection.follow(f"{run}/events"):
+            if not numbers:
+                come.release()
+            numbers.append(number or 0)
 
 
 async def _watch(port: int, looks: list[int], which: int) -> None:

@@ -14,7 +14,7 @@ import structlog
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _ACCESS = logging.getLogger("northfinder.access")
-_TALKATIVE = ("uvicorn.error", "alembic.runtime.plugins")
+_TALKATIVE = ("uvicorn.error", "alembic")
 _READS = {"GET", "HEAD", "OPTIONS"}
 
 

@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Any, Self
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, Response, expect
 
 #: A loaded machine's, not the page's: what is measured is asserted where it is measured.
 PATIENCE_MS = 30_000
@@ -39,7 +39,10 @@ class Browsing:
         context = self.browser.new_context(**{"locale": "en-GB", **options})
         context.set_default_timeout(PATIENCE_MS)
         context.on("request", lambda request: self.requests.append(request.url))
-        context.on("weberror", lambda error: self._complaints.append(str(error.error)))
+        context.on(
+            "weberror",
+            lambda error: self._complaints.append(f"{error.error.message}\n{error.error.stack}"),
+        )
         context.on(
             "console",
             lambda message: (
@@ -91,9 +94,20 @@ def find_button(page: Page) -> Locator:
     return page.get_by_role("button", name="Find north", exact=True)
 
 
+def is_start(answer: Response) -> bool:
+    """Say whether this is the answer to a new run's request, for Page.expect_response."""
+    return answer.request.method == "POST" and answer.url.endswith("/api/v1/runs")
+
+
 def wait_for_phase(page: Page, phase: str) -> None:
     """Wait until the page says that the run shown is in this phase."""
     page.wait_for_selector(f"body[data-phase={phase}]", timeout=PATIENCE_MS)
+
+
+def wait_for_run(page: Page, run_id: str, phase: str) -> None:
+    """Wait until the page shows this run, and that it is in this phase."""
+    shown = f"body[data-phase={phase}]:has([data-get][href*='{run_id}'])"
+    page.wait_for_selector(shown, timeout=PATIENCE_MS)
 
 
 def choose_plan(page: Page, positions: int, dwell_s: float) -> None:

@@ -9,6 +9,8 @@ from playwright.sync_api import Browser, sync_playwright
 from tests.page.browsing import Browsing
 from tests.service.process import ServiceProcess, serving, wait_until_ready
 
+pytest.register_assert_rewrite("tests.page.following")
+
 _CHROMIUM = Path("/usr/bin/chromium")
 _ARGUMENTS = [
     "--no-sandbox",

@@ -1,58 +1,182 @@
 """From what happened at the rig to what a reader sees of it."""
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
-from tests.page.browsing import Browsing, choose_plan, find_button, rounded, wait_for_phase
-from tests.page.following import events_of_kind
-from tests.service.process import ServiceProcess, serving, wait_until_ready
+from tests.page.browsing import Browsing, find_button, is_start, rounded, show, wait_for_run
+from tests.page.following import recorded
+from tests.service.process import Event, ServiceProcess, serving, wait_until_ready
 
 _NUMBER_S = 0.150
 _CHARTS_S = 0.700
-#: A machine that does other things besides may take so much longer in a short form.
+#: A short form's machine may do other things besides: so much longer there.
 _ALLOWANCE = 3.0
 
-# Every change of the number, the dial and the charts, at the end of the frame that brought it.
+# What the number, the dial and the charts say, after every frame in which they changed.
 _NOTE_CHANGES = """
 window.seen = [];
 addEventListener("DOMContentLoaded", () => {
   const text = (selector) => document.querySelector(selector).textContent;
-  const plots = () => [...document.querySelectorAll("#fit [data-visits], #settle [data-visits]")];
+  const drawn = (id) => Number(document.querySelector(`#${id} [data-visits]`)?.dataset.visits ?? 0);
   const note = () => seen.push({
     time_s: (performance.timeOrigin + performance.now()) / 1000,
-    north: [text("#azimuth-value > span"), text("#azimuth-u")],
+    number: [text("#azimuth-value > span"), text("#azimuth-u")],
     dial: document.querySelector("#face").getAttribute("aria-label"),
-    charts: plots().map((plot) => Number(plot.dataset.visits)),
+    fit: drawn("fit"),
+    settle: drawn("settle"),
   });
-  new MutationObserver(() => {
+  const afterThisFrame = () => {
     const { port1, port2 } = new MessageChannel();
     port1.onmessage = note;
     port2.postMessage(null);
-  }).observe(document.body, {
-    subtree: true, childList: true, characterData: true, attributeFilter: ["aria-label", "data-visits"],
+  };
+  new MutationObserver(afterThisFrame).observe(document.body, {
+    subtree: true, childList: true, characterData: true,
+    attributeFilter: ["aria-label", "data-visits"],
   });
 });
 """
 
+Seen = dict[str, Any]
+_T = TypeVar("_T")
+
 
 @dataclass(frozen=True, slots=True)
 class Delays:
-    """How late each event of a run was shown, in seconds."""
+    """How late the events of a run were shown, in seconds."""
 
-    number: Sequence[float]
-    dial: Sequence[float]
-    charts: Sequence[float]
+    number: list[float]
+    dial: list[float]
+    charts: list[float]
 
-    def p95_s(self) -> tuple[float, float, float]:
-        """Return the 95th percentiles."""
-        number, dial, charts = (
-            float(np.percentile(some, 95)) for some in (self.number, self.dial, self.charts)
+    def __str__(self) -> str:
+        parts = {"number": self.number, "dial": self.dial, "charts": self.charts}
+        return ", ".join(
+            f"{name} {1000 * np.median(some):.0f} ms (p95 {1000 * p95_s(some):.0f}, n {len(some)})"
+            for name, some in parts.items()
         )
-        return number, dial, charts
+
+
+def p95_s(delays_s: Sequence[float]) -> float:
+    """Return the 95th percentile."""
+    return float(np.percentile(delays_s, 95))
+
+
+def _page(browsing: Browsing, service: ServiceProcess) -> Page:
+    page = browsing.context(viewport={"width": 1440, "height": 900}).new_page()
+    page.add_init_script(_NOTE_CHANGES)
+    show(page, service.address)
+    expect(find_button(page)).to_be_enabled()
+    return page
+
+
+def _delays(page: Page, service: ServiceProcess, run_id: str) -> Delays:
+    """Compare what the page has shown of a run, and when, with the record."""
+    wait_for_run(page, run_id, "completed")
+    count = len(service.run(run_id)["result"]["visits"])
+    expect(page.locator("#fit [data-visits]")).to_have_attribute("data-visits", str(count))
+    seen: list[Seen] = page.evaluate("seen")
+    events = recorded(service, run_id)
+    estimates = [event for event in events if event.event == "estimate"]
+    numbers = [
+        rounded(event.data["azimuth_deg"], event.data["azimuth_sigma_deg"]) for event in estimates
+    ]
+    values = [value for value, _ in numbers]
+    visits = [_time_s(event) for event in events if event.event == "visit"]
+    times = [_time_s(event) for event in estimates]
+    return Delays(
+        number=_until_shown(seen, times, numbers, lambda now: tuple(now["number"])),
+        dial=_until_shown(seen, times, values, _value_on_dial),
+        charts=[
+            _first_s(seen, time_s, lambda now, k=k: now[chart] >= k) - time_s
+            for chart, last in (("fit", count), ("settle", count - 1))  # which leaves at the end
+            for k, time_s in enumerate(visits[:last], 1)
+        ],
+    )
+
+
+def _time_s(event: Event) -> float:
+    return datetime.fromisoformat(event.data["time"]).timestamp()
+
+
+def _value_on_dial(now: Seen) -> str:
+    return "".join(re.findall(r"North at ([\d.]+)°", now["dial"]))
+
+
+def _until_shown(
+    seen: list[Seen], times_s: list[float], texts: Sequence[_T], read: Callable[[Seen], _T]
+) -> list[float]:
+    """Return how long each text, or one that came after it, took to be read off the page.
+
+    A text that is the same as the one before brings no change that could be timed.
+    """
+    changes = [k for k in range(1, len(texts)) if texts[k] != texts[k - 1]]
+    return [
+        _first_s(seen, times_s[k], lambda now, k=k: read(now) in texts[k:]) - times_s[k]
+        for k in changes
+    ]
+
+
+def _first_s(seen: list[Seen], since_s: float, holds: Callable[[Seen], bool]) -> float:
+    """Return when something first held at or after an instant."""
+    return next(now["time_s"] for now in seen if now["time_s"] >= since_s and holds(now))
+
+
+@pytest.mark.slow
+def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
+    browsing: Browsing, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(tmp_path, "--sim-speed", "20") as service:  # as `make serve` does
+        wait_until_ready(service)
+        page = _page(browsing, service)
+        with page.expect_response(is_start) as begun:
+            find_button(page).click()
+        clicked_s = time.monotonic()
+        run_id = begun.value.json()["run_id"]
+        wait_for_run(page, run_id, "completed")
+        north_s = time.monotonic() - clicked_s
+        delays = _delays(page, service, run_id)
+        browsing.close()
+    with capsys.disabled():
+        print(f"\nnorth {north_s:.1f} s after the click; {delays}")  # noqa: T201
+    assert north_s < 10.0 * _ALLOWANCE
+    assert p95_s(delays.number) < _NUMBER_S * _ALLOWANCE
+    assert p95_s(delays.dial) < _NUMBER_S * _ALLOWANCE
+    assert p95_s(delays.charts) < _CHARTS_S * _ALLOWANCE
+
+
+@pytest.mark.proof
+@pytest.mark.timeout(400)
+@pytest.mark.parametrize(
+    ("speed", "positions", "dwell_s"), [("1", 12, 1), ("2", 24, 2), ("5", 24, 5)]
+)
+def test_every_step_of_a_run_at_real_pace_is_shown_at_once(
+    browsing: Browsing,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    speed: str,
+    positions: int,
+    dwell_s: float,
+) -> None:
+    with serving(tmp_path, "--sim-speed", speed) as service:
+        wait_until_ready(service)
+        page = _page(browsing, service)
+        body = {"kind": "north-seek", "positions": positions, "dwell_s": dwell_s}
+        run_id = service.start(body)
+        service.wait_for_visits(run_id, 2 * positions)
+        delays = _delays(page, service, run_id)
+        browsing.close()
+    with capsys.disabled():
+        print(f"\nat {speed} times real time: {delays}")  # noqa: T201
+    assert p95_s(delays.number) < _NUMBER_S
+    assert p95_s(delays.dial) < _NUMBER_S
+    assert p95_s(delays.charts) < _CHARTS_S

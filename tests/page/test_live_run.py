@@ -9,9 +9,10 @@ from tests.page.browsing import (
     Browsing,
     choose_plan,
     find_button,
+    is_start,
     north_shown,
     rounded,
-    wait_for_phase,
+    wait_for_run,
 )
 from tests.page.following import expect_every_event
 from tests.service.process import ServiceProcess
@@ -21,16 +22,18 @@ pytestmark = pytest.mark.usefixtures("idle")
 _MOST_TABS = 60
 
 
-def _newest(service: ServiceProcess) -> str:
-    run_id: str = service.api.get("/runs").json()["runs"][0]["run_id"]
+def _click_find(page: Page) -> str:
+    """Click the button; return the id of the run that this began."""
+    with page.expect_response(is_start) as begun:
+        find_button(page).click()
+    run_id: str = begun.value.json()["run_id"]
     return run_id
 
 
 def _begin_long_run(page: Page, service: ServiceProcess) -> str:
     choose_plan(page, 90, 20)
-    find_button(page).click()
-    wait_for_phase(page, "running")
-    run_id = _newest(service)
+    run_id = _click_find(page)
+    wait_for_run(page, run_id, "running")
     service.wait_for_visits(run_id, 1)
     return run_id
 
@@ -46,9 +49,8 @@ def _tab_to(page: Page, target: Locator) -> None:
 def test_a_click_brings_north(browsing: Browsing, service: ServiceProcess) -> None:
     page = browsing.page(service.address)
     choose_plan(page, 6, 1)
-    find_button(page).click()
-    wait_for_phase(page, "completed")
-    run_id = _newest(service)
+    run_id = _click_find(page)
+    wait_for_run(page, run_id, "completed")
     run = service.run(run_id)
     result = run["result"]
     value, expanded = rounded(result["azimuth_deg"], result["azimuth_sigma_deg"])
@@ -88,14 +90,11 @@ def test_the_keyboard_alone_brings_north(browsing: Browsing, service: ServicePro
     page.keyboard.press("Control+A")
     with page.expect_response("**/api/v1/plans"):
         page.keyboard.type("1")
-    before = page.locator("body").get_attribute("data-state")
     _tab_to(page, find_button(page))
-    with page.expect_response("**/api/v1/runs"):
+    with page.expect_response(is_start) as begun:
         page.keyboard.press("Enter")
-    assert before != "running"
-    run_id = _newest(service)
-    service.wait(run_id, "completed")
-    wait_for_phase(page, "completed")
+    run_id = begun.value.json()["run_id"]
+    wait_for_run(page, run_id, "completed")
     certificate = page.get_by_role("link", name="Certificate")
     _tab_to(page, certificate)
     with page.context.expect_page() as opened:
@@ -118,7 +117,7 @@ def test_stop_stops_the_table_and_ends_the_run(
     else:
         _tab_to(page, stop)
         page.keyboard.press("Enter")
-    wait_for_phase(page, "ended")
+    wait_for_run(page, run_id, "ended")
     assert service.run(run_id)["state"] == "aborted"
     rig = service.api.get("/rig").json()
     assert (rig["state"], rig["table"]["moving"]) == ("ready", False)
@@ -131,16 +130,15 @@ def test_a_run_is_paused_resumed_and_aborted_by_its_buttons(
     page = browsing.page(service.address)
     run_id = _begin_long_run(page, service)
     page.get_by_role("button", name="Pause").click()
-    wait_for_phase(page, "paused")
+    wait_for_run(page, run_id, "paused")
     assert service.run(run_id)["state"] == "paused"
     page.get_by_role("button", name="Resume").click()
-    wait_for_phase(page, "running")
+    wait_for_run(page, run_id, "running")
     assert service.run(run_id)["state"] == "running"
     page.get_by_role("button", name="Abort").click()
-    wait_for_phase(page, "ended")
+    wait_for_run(page, run_id, "ended")
     assert service.run(run_id)["state"] == "aborted"
-    find_button(page).click()
-    wait_for_phase(page, "running")
+    wait_for_run(page, _click_find(page), "running")
 
 
 def test_switching_the_unit_shows_the_same_north(

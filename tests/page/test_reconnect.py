@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-from tests.page.browsing import Browsing, wait_for_phase
+from tests.page.browsing import Browsing, show, wait_for_run
 from tests.page.cable import Cable, cable_to
 from tests.page.following import expect_every_event
 from tests.service.process import ServiceProcess, serving, wait_until_ready
@@ -17,7 +17,7 @@ from tests.service.process import ServiceProcess, serving, wait_until_ready
 #: Its events fit into the page's list, and it lasts long enough to be disturbed.
 _RUN = {"kind": "north-seek", "positions": 12, "dwell_s": 10}
 #: What Chromium, and the page after it, say of a connection that is gone.
-_CUT = r"net::ERR_(CONNECTION|INCOMPLETE|NETWORK|EMPTY|FAILED)|The service did not answer"
+_CUT = r"net::ERR_|dynamically imported module|The service did not answer"
 
 
 def _begin(page: Page, service: ServiceProcess) -> str:
@@ -39,12 +39,12 @@ def test_a_killed_service_leaves_a_run_that_the_page_resumes(
         expect(page.locator("#banner")).to_contain_text("connection to the service is lost")
         expect(page.locator("#run-state")).to_contain_text("Link lost")
     with serving(tmp_path, "--port", str(urlsplit(first.address).port)) as second:
-        wait_for_phase(page, "stopped")
+        wait_for_run(page, run_id, "stopped")
         expect(page.locator("#run-state")).to_contain_text("Interrupted")
         expect(page.locator("#what")).to_contain_text("service ended")
         expect(page.locator("#banner")).to_be_empty()
         page.get_by_role("button", name="Resume").click()
-        wait_for_phase(page, "completed")
+        wait_for_run(page, run_id, "completed")
         assert second.run(run_id)["state"] == "completed"
         expect_every_event(page, second, run_id)
         browsing.close()
@@ -63,19 +63,19 @@ def test_a_page_whose_network_dropped_catches_up(
         expect(page.locator("#banner")).to_contain_text("connection to the service is lost")
         service.wait(run_id)
         cable.mend()
-        wait_for_phase(page, "completed")
+        wait_for_run(page, run_id, "completed")
         expect_every_event(page, service, run_id)
         expect(page.locator("#banner")).to_be_empty()
         browsing.close()
 
 
 @pytest.mark.usefixtures("idle")
-@pytest.mark.parametrize("what", ["/api/v1/runs/[^/?]+$", "/static/fit[.]js$", "/static/events[.]js$"])
+@pytest.mark.parametrize("what", ["/api/v1/runs/[^/?]+$", "/static/events[.]js$"])
 def test_what_did_not_come_the_first_time_is_asked_for_again(
     browsing: Browsing, service: ServiceProcess, what: str
 ) -> None:
     browsing.expect_complaint(_CUT)
-    page = browsing.page(service.address)
+    page = browsing.context().new_page()
     failed: list[str] = []
 
     def fail_once(route: Route) -> None:
@@ -85,9 +85,10 @@ def test_what_did_not_come_the_first_time_is_asked_for_again(
             failed.append(route.request.url)
             route.abort("connectionreset")
 
+    show(page, service.address)
     page.route(re.compile(what), fail_once)
     run_id = service.start(_RUN)
-    wait_for_phase(page, "completed")
+    wait_for_run(page, run_id, "completed")
     assert failed
     expect_every_event(page, service, run_id)
 
@@ -100,7 +101,7 @@ def test_a_page_that_slept_catches_up(browsing: Browsing, service: ServiceProces
     browser.send("Page.setWebLifecycleState", {"state": "frozen"})
     service.wait(run_id)
     browser.send("Page.setWebLifecycleState", {"state": "active"})
-    wait_for_phase(page, "completed")
+    wait_for_run(page, run_id, "completed")
     expect_every_event(page, service, run_id)
 
 
@@ -113,10 +114,10 @@ def test_a_page_opened_in_mid_run_shows_everything_so_far(
     service.api.post(f"/runs/{run_id}/pause")
     service.wait(run_id, "paused")
     page = browsing.page(service.address)
-    wait_for_phase(page, "paused")
+    wait_for_run(page, run_id, "paused")
     expect_every_event(page, service, run_id)
     service.api.post(f"/runs/{run_id}/resume")
-    wait_for_phase(page, "completed")
+    wait_for_run(page, run_id, "completed")
     expect_every_event(page, service, run_id)
 
 
@@ -125,5 +126,5 @@ def test_two_pages_show_the_same_run(browsing: Browsing, service: ServiceProcess
     pages = [browsing.page(service.address) for _ in range(2)]
     run_id = service.start(_RUN)
     for page in pages:
-        wait_for_phase(page, "completed")
+        wait_for_run(page, run_id, "completed")
         expect_every_event(page, service, run_id)

@@ -83,6 +83,11 @@ class ServiceProcess:
                 if not names or event.event in names:
                     yield event
 
+    def kill(self) -> None:
+        """End the process as a power cut would."""
+        self.process.kill()
+        self.process.wait(10.0)
+
     def end(self, how: signal.Signals = signal.SIGTERM) -> float:
         """End the process; return how long that took."""
         begun_s = time.monotonic()

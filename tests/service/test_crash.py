@@ -7,7 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.service.process import LONG, JsonObject, ServiceProcess, serving, stored, wait_until_ready
+from tests.service.process import (
+    LONG,
+    JsonObject,
+    ServiceProcess,
+    serving,
+    stored,
+    wait_until_ready,
+)
 
 PLAN = {"kind": "north-seek", "positions": 12, "dwell_s": 2, "settle_s": 0.1}
 
@@ -22,7 +29,7 @@ def begin(service: ServiceProcess, visits: int, plan: JsonObject = PLAN) -> str:
 def test_a_killed_run_is_interrupted_at_the_next_start_and_can_be_resumed(tmp_path: Path) -> None:
     with serving(tmp_path) as service:
         run_id = begin(service, 14)
-        service.end(signal.SIGKILL)
+        service.kill()
     with stored(tmp_path) as records:
         before = records.visits(run_id)
         assert records.run(run_id).state == "running"
@@ -92,7 +99,7 @@ def test_an_orderly_end_stops_the_table_first_and_leaves_the_run_interrupted(
 def test_a_bench_that_moved_meanwhile_is_refused_in_words(tmp_path: Path) -> None:
     with serving(tmp_path) as service:
         run_id = begin(service, 13)
-        service.end(signal.SIGKILL)
+        service.kill()
     with serving(tmp_path, "--sim-azimuth", "50") as service:
         wait_until_ready(service)
         assert service.api.post(f"/runs/{run_id}/resume").status_code == 202

@@ -18,11 +18,13 @@ from tests.service.openapi import COMMITTED
 from tests.service.process import LONG, SHORT, ServiceProcess
 
 FIGURES = ("fit", "residuals", "dial", "convergence", "budget", "pie")
-WITHOUT_SHRINKING = {
-    "phases": [Phase.explicit, Phase.generate],
-    "deadline": None,
-    "suppress_health_check": list(HealthCheck),
-}
+Case = schemathesis.Case[Any]
+#: Without shrinking, for a service in another state gives another answer.
+UNSHRUNK = settings(
+    phases=[Phase.explicit, Phase.generate],
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+)
 LEAST_EXAMPLES = 2000
 
 
@@ -53,7 +55,7 @@ class Stage:
         self._figures = itertools.cycle(FIGURES)
         self.asked = 0
 
-    def ask(self, case: schemathesis.Case) -> None:
+    def ask(self, case: Case) -> None:
         """Ask, and check the answer in every way that schemathesis knows."""
         self._prepare(case)
         case.call_and_validate(base_url=self._service.address, timeout=20.0)
@@ -61,7 +63,7 @@ class Stage:
         if case.path.endswith("/faults"):
             self._service.api.delete("/rig/simulation/faults")
 
-    def _prepare(self, case: schemathesis.Case) -> None:
+    def _prepare(self, case: Case) -> None:
         """Name a run that exists in a valid request, and let a new run find the rig free."""
         is_valid = case.meta is None or case.meta.generation.mode is GenerationMode.POSITIVE
         names: dict[str, Any] = case.path_parameters or {}
@@ -100,17 +102,15 @@ def stage(service: ServiceProcess) -> Stage:
 
 
 @described(boundaries=False).parametrize()
-@settings(max_examples=8, **WITHOUT_SHRINKING)
-def test_every_answer_is_a_documented_one(case: schemathesis.Case, stage: Stage) -> None:
+@settings(UNSHRUNK, max_examples=8)
+def test_every_answer_is_a_documented_one(case: Case, stage: Stage) -> None:
     stage.ask(case)
 
 
 @pytest.mark.proof
 @described(boundaries=True).parametrize()
-@settings(max_examples=120, **WITHOUT_SHRINKING)
-def test_every_answer_of_two_thousand_is_a_documented_one(
-    case: schemathesis.Case, stage: Stage
-) -> None:
+@settings(UNSHRUNK, max_examples=120)
+def test_every_answer_of_two_thousand_is_a_documented_one(case: Case, stage: Stage) -> None:
     stage.ask(case)
 
 
