@@ -22,17 +22,19 @@ let admitting = null;
 /** Let `ask` get the reader a session whenever one is missing; it resolves when there is one. */
 export const onUnauthorized = (ask) => { admit = ask; };
 
+const unanswered = (cause) => { throw new Problem(0, { detail: "The service did not answer.", cause }); };
+
 async function request(method, path, body, headers = {}, deadline_ms = DEADLINE_MS) {
   const json = body && { "Content-Type": "application/json" };
   const answer = await fetch(ROOT + path, {
     method, headers: { ...json, ...headers }, body: body && JSON.stringify(body), signal: AbortSignal.timeout(deadline_ms),
-  }).catch((cause) => { throw new Problem(0, { detail: "The service did not answer.", cause }); });
+  }).catch(unanswered);
   if (answer.status === 401 && path !== "/session") {
     admitting ??= admit().finally(() => { admitting = null; });
     await admitting;
     return request(method, path, body, headers, deadline_ms);
   }
-  const said = answer.headers.get("content-type")?.includes("json") ? await answer.json() : {};
+  const said = answer.headers.get("content-type")?.includes("json") ? await answer.json().catch(unanswered) : {};
   if (!answer.ok) throw new Problem(answer.status, said);
   return said;
 }
@@ -41,6 +43,20 @@ export const get = (path) => request("GET", path);
 export const post = (path, body, headers, deadline_ms) => request("POST", path, body, headers, deadline_ms);
 export const patch = (path, body) => request("PATCH", path, body);
 export const del = (path) => request("DELETE", path);
+
+/** Do what the page cannot do without, again until it is done; what hinders it is said across the page meanwhile. */
+export async function insist(act, store) {
+  for (let hindered = false; ; hindered = true) {
+    try {
+      const done = await act();
+      if (hindered) store.set({ trouble: null });
+      return done;
+    } catch (problem) {
+      store.set({ trouble: problem.message });
+      await new Promise((resolve) => setTimeout(resolve, RETRY_MS));
+    }
+  }
+}
 
 /** Start a run and show it. */
 export async function startRun(plan, store) {
@@ -102,6 +118,7 @@ class Following {
 
   /** Take the run as the service knows it; open its stream where there is more to hear, close it where it has ended. */
   async load() {
+    if (shown !== this) return;
     const run = await get(`/runs/${this.id}`);
     if (shown !== this || run.last_seq < this.last) return;
     this.last = run.last_seq;
@@ -127,7 +144,7 @@ class Following {
     } else if (kind === "estimate") this.grow("estimates", data);
     else this.grow("events", { ...data, kind });
     if (kind === "visit") this.grow("visits", data);
-    if (data.seq >= this.last && ["state", "error", "result"].includes(kind)) this.load().catch(reportError);
+    if (data.seq >= this.last && ["state", "error", "result"].includes(kind)) insist(() => this.load(), this.store);
   }
 
   grow(list, data) {

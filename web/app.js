@@ -5,7 +5,7 @@ import * as banner from "./banner.js";
 import * as form from "./form.js";
 import * as hero from "./hero.js";
 import * as rig from "./rig.js";
-import { get, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
+import { get, insist, loadRuns, onUnauthorized, openRig, openRun } from "./api.js";
 import { $, all } from "./dom.js";
 import { choose, speak } from "./i18n.js";
 import { loadPlotly } from "./drawing.js";
@@ -44,8 +44,9 @@ function loadPanels(state) {
   }
 }
 
-function load(name) {
-  import(`./${name}.js`).then((panel) => panel.mount(store)).catch(reportError);
+async function load(name) {
+  const panel = await insist(() => import(`./${name}.js`), store);
+  panel.mount(store);
 }
 
 async function start() {
@@ -74,9 +75,10 @@ async function showNewest() {
 // A run that another page or program began or resumed is shown as soon as the rig says so.
 function followTheRig({ rig: now, run, loaded }) {
   const id = now?.run_id;
-  if (!loaded) showNewest();
-  else if (id && id !== active && (run?.run_id !== id || ENDED.includes(run.state))) openRun(id, store).catch(reportError);
+  const begun = id && id !== active;
   active = id;
+  if (!loaded) showNewest();
+  else if (begun && (run?.run_id !== id || ENDED.includes(run.state))) insist(() => id === active && openRun(id, store), store);
 }
 
 function mountChoices() {

@@ -21,6 +21,6 @@ function troubles({ connection, rig, stopFailed, trouble }) {
     lost && ["lost", null],
     !lost && rig?.state === "offline" && [offline, rig.detail],
     !lost && rig?.database?.ok === false && ["database", rig.database.detail],
-    trouble && ["refused", trouble],
+    !lost && trouble && ["refused", trouble],
   ].filter(Boolean);
 }

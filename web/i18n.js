@@ -17,7 +17,9 @@ export function speak(lang = localStorage.getItem(STORED) ?? (navigator.language
     element.dataset.t ||= element.textContent;
     element.textContent = t(element.dataset.t);
   }
-  for (const element of document.querySelectorAll("[data-t-label]")) element.setAttribute("aria-label", t(element.dataset.tLabel));
+  for (const [name, key] of [["aria-label", "tLabel"], ["title", "tTitle"]]) {
+    for (const element of document.querySelectorAll(`[${name}]`)) if (element.dataset[key]) element.setAttribute(name, t(element.dataset[key]));
+  }
   return lang;
 }
 

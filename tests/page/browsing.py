@@ -3,14 +3,32 @@
 import re
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any, Self
+from typing import Literal, Self, TypedDict, Unpack
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, Response, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    Locator,
+    Page,
+    Response,
+    ViewportSize,
+    expect,
+)
 
 #: A loaded machine's, not the page's: what is measured is asserted where it is measured.
 PATIENCE_MS = 30_000
 expect.set_options(timeout=PATIENCE_MS)
+
+
+class Reader(TypedDict, total=False):
+    """What a reader's browser is like; the rest is Playwright's usual."""
+
+    viewport: ViewportSize
+    device_scale_factor: float
+    locale: str
+    reduced_motion: Literal["reduce"]
+    bypass_csp: bool
 
 
 @dataclass
@@ -34,9 +52,10 @@ class Browsing:
     ) -> None:
         self.close()
 
-    def context(self, **options: Any) -> BrowserContext:
+    def context(self, **reader: Unpack[Reader]) -> BrowserContext:
         """Open a context with a cold cache."""
-        context = self.browser.new_context(**{"locale": "en-GB", **options})
+        reader.setdefault("locale", "en-GB")
+        context = self.browser.new_context(**reader)
         context.set_default_timeout(PATIENCE_MS)
         context.on("request", lambda request: self.requests.append(request.url))
         context.on(
@@ -59,9 +78,9 @@ class Browsing:
         for context in self._contexts:
             context.close()
 
-    def page(self, address: str, **options: Any) -> Page:
+    def page(self, address: str, **reader: Unpack[Reader]) -> Page:
         """Open the page in a context of its own and wait until it knows the rig."""
-        page = self.context(**options).new_page()
+        page = self.context(**reader).new_page()
         show(page, address)
         return page
 

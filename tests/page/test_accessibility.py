@@ -4,25 +4,26 @@ import re
 from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, ViewportSize, expect
 
 from tests.page.axe import axe_script, grave_findings
-from tests.page.browsing import Browsing, choose_plan, wait_for_phase, wait_for_run
+from tests.page.browsing import Browsing, Reader, choose_plan, wait_for_phase, wait_for_run
 from tests.service.process import ServiceProcess, serving, wait_until_ready
 
 pytestmark = pytest.mark.slow
 
 _LONG = {"kind": "north-seek", "positions": 90, "dwell_s": 60}
+_SCHEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 _WIDTHS_PX = (1440, 390)
-_SCREENS_PX = (320, 390, 768, 1024, 1440, 1920)
+_SCREENS_PX = (320, 390, 480, 560, 640, 720, 768, 900, 1024, 1280, 1440, 1920)
 _FINGER_PX = 44  # WCAG 2.2, 2.5.5
 _HEIGHT_PX = 900
 
 
-def _before(page: Page, service: ServiceProcess) -> None:
+def _before(page: Page, _: ServiceProcess) -> None:
     wait_for_phase(page, "idle")
 
 
@@ -71,14 +72,14 @@ def page(
     request: pytest.FixtureRequest, service: ServiceProcess, browsing: Browsing
 ) -> Iterator[Page]:
     """The page in each of its states."""
-    size = {"width": 1440, "height": _HEIGHT_PX}
+    size: ViewportSize = {"width": 1440, "height": _HEIGHT_PX}
     shown = browsing.page(service.address, viewport=size, bypass_csp=True, reduced_motion="reduce")
     _STATES[request.param](shown, service)
     yield shown
     browsing.close()
 
 
-def _turn(page: Page, scheme: Any, width_px: int, language: str) -> None:
+def _turn(page: Page, scheme: Literal["light", "dark"], width_px: int, language: str) -> None:
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": width_px, "height": _HEIGHT_PX})
     page.locator(f"[data-lang={language}]").click()
@@ -87,7 +88,7 @@ def _turn(page: Page, scheme: Any, width_px: int, language: str) -> None:
 
 def test_the_audit_finds_nothing_grave(page: Page, script: Path) -> None:
     found = {}
-    for look in product(("light", "dark"), _WIDTHS_PX, ("en", "zh")):
+    for look in product(_SCHEMES, _WIDTHS_PX, ("en", "zh")):
         _turn(page, *look)
         if findings := grave_findings(page, script):
             found[look] = findings
@@ -110,14 +111,15 @@ def test_nothing_has_to_be_scrolled_sideways(page: Page) -> None:
     assert not overflows
 
 
-# Links within a line of text may be smaller, so WCAG says; what is a control may not.
+# Links within a line of text may be smaller, so WCAG says; what is a control may not. A field is
+# hit by its box, a run of the history by its row.
 _SMALL_TARGETS = """(least) => [...document.querySelectorAll(
     "button, a.button, select, summary, input:not([type=checkbox])"
   )]
   .filter((one) => one.checkVisibility({ visibilityProperty: true }))
-  .map((one) => [one, one.getBoundingClientRect()])
+  .map((one) => [one, (one.closest("tbody tr, .box") ?? one).getBoundingClientRect()])
   .filter(([, box]) => box.width && (box.width < least || box.height < least))
-  .map(([one, box]) => `${one.id || one.textContent.trim() || one.name}: ${box.width} x ${box.height}`)
+  .map(([one, { width, height }]) => `${one.id || one.textContent.trim()}: ${width} x ${height}`)
 """
 
 
@@ -130,7 +132,7 @@ def test_a_finger_hits_every_control(page: Page) -> None:
 
 def test_the_page_enlarged_twice_loses_nothing(service: ServiceProcess, browsing: Browsing) -> None:
     # A browser's 200 % on a screen of 1440 px: half as many CSS pixels, each twice as large.
-    enlarged: dict[str, Any] = {"viewport": {"width": 720, "height": 450}, "device_scale_factor": 2}
+    enlarged: Reader = {"viewport": {"width": 720, "height": 450}, "device_scale_factor": 2}
     page = browsing.page(service.address, **enlarged)
     _completed(page, service)
     assert _overflow_px(page) == 0

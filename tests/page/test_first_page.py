@@ -66,7 +66,6 @@ def test_the_first_page_is_usable_at_once_ten_times(
 
 def test_its_own_scripts_are_small(browsing: Browsing, service: ServiceProcess) -> None:
     page, usable_ms = _first_page(browsing, service)
-    page.wait_for_selector("#fit [data-visits]", state="attached")
     scripts = page.evaluate(_OWN_SCRIPTS)
     assert sum(size for _, size, begun_ms in scripts if begun_ms < usable_ms) < _OWN_SCRIPT_BYTES
     assert sum(size for _, size, _ in scripts) < _OWN_SCRIPT_BYTES

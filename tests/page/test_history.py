@@ -2,18 +2,17 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
-from northfinder.records import NewRun, Records
 from northfinder.recording import headline
-from tests.page.browsing import Browsing, find_button, north_shown, rounded, wait_for_run
+from northfinder.records import NewRun, Records
+from tests.page.browsing import Browsing, north_shown, rounded, wait_for_run
 from tests.service.process import ServiceProcess, serving, stored, wait_until_ready
 
 _COMPLETED = 55  # more than one page of fifty
@@ -58,7 +57,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess
         yield running
 
 
-def _rows(page: Page) -> Any:
+def _rows(page: Page) -> Locator:
     return page.locator("#history tbody tr")
 
 

@@ -38,6 +38,7 @@ _STAYS = {
     "C",
     "byte",
     "Hz",
+    "Esc",
     "E_n",
 }
 
@@ -79,11 +80,12 @@ def test_a_translation_has_the_same_holes() -> None:
 
 # Each visible text, label and title, but not what the service itself says (marked as English).
 _TEXTS = """() => {
-  const foreign = (element) => element.closest("[lang=en], .unseen, select:not(:hover) option:not(:checked)");
-  const shown = [...document.body.querySelectorAll("*")].filter((one) => one.checkVisibility() && !foreign(one));
-  const own = (one) => [...one.childNodes].filter((node) => node.nodeType === Node.TEXT_NODE).map((node) => node.data);
-  return shown.flatMap((one) => [...own(one), one.getAttribute("aria-label"), one.getAttribute("title")])
-    .filter((text) => text?.trim());
+  const foreign = "[lang=en], .unseen, option:not(:checked)";
+  const own = (one) => [...one.childNodes].filter(({ nodeType }) => nodeType === Node.TEXT_NODE);
+  return [...document.body.querySelectorAll("*")]
+    .filter((one) => one.checkVisibility() && !one.closest(foreign))
+    .flatMap((one) => [...own(one).map(({ data }) => data), one.ariaLabel, one.title])
+    .filter((text) => typeof text === "string" && text.trim());
 }"""
 
 

@@ -1,7 +1,6 @@
 """`kill -9` at any moment of a run: what was measured stays, and the run can be carried on."""
 
 import random
-import signal
 import time
 from contextlib import closing
 from itertools import islice
@@ -43,7 +42,7 @@ def kill_at(service: ServiceProcess, moment: random.Random) -> str:
     with closing(service.events(run_id)) as events:
         assert list(islice(events, moment.randint(1, MOST_EVENTS)))
         time.sleep(moment.uniform(0.0, 0.03))  # the moment is what is tried here
-        service.end(signal.SIGKILL)
+        service.kill()
     return run_id
 
 

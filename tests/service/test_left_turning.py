@@ -1,7 +1,6 @@
 """A table that a killed service left turning is stopped by the next one before anything else."""
 
 import json
-import signal
 import subprocess
 import sys
 import time
@@ -71,7 +70,7 @@ def test_a_table_that_a_killed_service_left_turning_is_stopped_at_the_next_start
             wait_until_ready(service)
             run_id = service.start(FAR_MOVES)
             wait_until_moving(service.api)
-            service.end(signal.SIGKILL)
+            service.kill()
         assert " BUSY " in ask_table(links["turntable"], ""), "nobody told it to stop"
         # Its last move would be over before a service has started: it gets one without an end.
         ask_table(links["turntable"], "move vel 50000")

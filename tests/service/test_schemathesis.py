@@ -101,6 +101,7 @@ def stage(service: ServiceProcess) -> Stage:
     return Stage(service)
 
 
+@pytest.mark.slow
 @described(boundaries=False).parametrize()
 @settings(UNSHRUNK, max_examples=8)
 def test_every_answer_is_a_documented_one(case: Case, stage: Stage) -> None:
@@ -108,6 +109,7 @@ def test_every_answer_is_a_documented_one(case: Case, stage: Stage) -> None:
 
 
 @pytest.mark.proof
+@pytest.mark.timeout(600)  # a hundred certificates
 @described(boundaries=True).parametrize()
 @settings(UNSHRUNK, max_examples=120)
 def test_every_answer_of_two_thousand_is_a_documented_one(case: Case, stage: Stage) -> None:
