@@ -114,11 +114,10 @@ def abandoned(session: Session, rig_name: str, asker: Holder) -> list[RunRow]:
     Those of the asker are not: it lives, even if it could not renew its lease for a while.
     """
     unfinished = (RunRow.rig_name == rig_name, RunRow.state.in_(LIVE))
-    ids = session.scalars(select(RunRow.id).where(*unfinished)).all()
-    if not ids:
-        return []
-    still = select(RunRow).where(RunRow.id.in_(ids), *unfinished).order_by(RunRow.id)
-    rows = session.scalars(still.with_for_update()).all()
+    # To lock needs a database that takes writes, even where there is nothing to lock: so an idle
+    # rig that asks learns of one that does not.
+    locked_rows = select(RunRow).where(*unfinished).order_by(RunRow.id).with_for_update()
+    rows = session.scalars(locked_rows).all()
     now_utc = _now_utc(session)
     return [row for row in rows if _is_over(row, asker, now_utc)]
 

@@ -22,12 +22,12 @@ from northfinder.service.settings import ServiceSettings
 from northfinder.service.shell import shell
 from northfinder.service.static_files import page_files, static_routes
 from northfinder.service.worker import Worker
-from northfinder.software import version
 from northfinder.wiring import build_rig, require_finite_speed, with_latitude, with_speed
 
 SPEED = 20.0  # of a simulated rig whose configuration names none: a technician sees it work
 
 API = "/api/v1"
+API_VERSION = "1.0"  # of the interface that programs are written for, not of the software
 
 
 def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -> FastAPI:
@@ -51,7 +51,7 @@ def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -
     guesses = None if settings.token is None else Guesses(settings.token)
     app = FastAPI(
         title="northfinder",
-        version=version(),
+        version=API_VERSION,
         description="Finds true north with a gyro and an accelerometer on a turntable.",
         middleware=shell(settings, metrics, sessions, guesses, {*files, "/healthz"}),
         lifespan=lambda app: _running(app, bench, records, metrics),

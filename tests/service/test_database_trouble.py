@@ -146,12 +146,7 @@ def assert_well(service: ServiceProcess) -> None:
     assert service.wait(service.start(SHORT))["state"] == "completed"
 
 
-def test_an_idle_service_says_so_refuses_runs_and_recovers(
-    tmp_path: Path, case: Case, request: pytest.FixtureRequest
-) -> None:
-    if case.says == "read-only transaction":
-        why = "an idle service only reads a server, and so does not see that it could not write"
-        request.applymarker(pytest.mark.xfail(reason=why, strict=True))
+def test_an_idle_service_says_so_refuses_runs_and_recovers(tmp_path: Path, case: Case) -> None:
     with serving(tmp_path, "--sim-speed", "20", database=case.url) as service:
         wait_until_ready(service)
         with case.trouble():
