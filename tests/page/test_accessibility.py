@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 import pytest
-from playwright.sync_api import Page, ViewportSize, expect
+from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from tests.page.axe import axe_script, grave_findings
 from tests.page.browsing import Browsing, Reader, choose_plan, wait_for_phase, wait_for_run
@@ -59,24 +59,20 @@ def script() -> Path:
     return axe_script()
 
 
-@pytest.fixture
-def service(tmp_path: Path) -> Iterator[ServiceProcess]:
-    """A service without a history, so that there is a state before the first run."""
-    with serving(tmp_path) as running:
-        wait_until_ready(running)
-        yield running
-
-
-@pytest.fixture(params=_STATES)
+@pytest.fixture(scope="module", params=_STATES)
 def page(
-    request: pytest.FixtureRequest, service: ServiceProcess, browsing: Browsing
+    request: pytest.FixtureRequest, browser: Browser, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Page]:
-    """The page in each of its states."""
+    """The page in each of its states, of a service without a history: there is a first one."""
     size: ViewportSize = {"width": 1440, "height": _HEIGHT_PX}
-    shown = browsing.page(service.address, viewport=size, bypass_csp=True, reduced_motion="reduce")
-    _STATES[request.param](shown, service)
-    yield shown
-    browsing.close()
+    with serving(tmp_path_factory.mktemp("page")) as service, Browsing(browser) as browsing:
+        wait_until_ready(service)
+        shown = browsing.page(
+            service.address, viewport=size, bypass_csp=True, reduced_motion="reduce"
+        )
+        _STATES[request.param](shown, service)
+        yield shown
+        assert browsing.complaints() == []
 
 
 def _turn(page: Page, scheme: Literal["light", "dark"], width_px: int, language: str) -> None:
@@ -141,4 +137,3 @@ def test_the_page_enlarged_twice_loses_nothing(service: ServiceProcess, browsing
         expect(page.locator(shown)).to_be_in_viewport()
     expect(page.locator("#stop")).to_be_in_viewport(ratio=1)
     choose_plan(page, 4, 1)
-    browsing.close()

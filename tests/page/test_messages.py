@@ -71,6 +71,7 @@ def test_an_offline_rig_is_said_and_comes_back(browsing: Browsing, service: Serv
     expect(find_button(page)).to_be_enabled()
 
 
+@pytest.mark.slow
 def test_locked_records_are_said_and_come_back(browsing: Browsing, tmp_path: Path) -> None:
     browsing.expect_complaint(_refused(503))
     with serving(tmp_path) as service:
@@ -91,6 +92,7 @@ def test_locked_records_are_said_and_come_back(browsing: Browsing, tmp_path: Pat
         browsing.close()
 
 
+@pytest.mark.slow
 def test_records_locked_during_a_run_stop_it_in_words(browsing: Browsing, tmp_path: Path) -> None:
     with serving(tmp_path) as service:
         wait_until_ready(service)
