@@ -1,7 +1,6 @@
 """A page that lost the service, or came late, shows what it missed: nothing lost, nothing twice."""
 
 import re
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -35,7 +34,7 @@ def test_a_killed_service_leaves_a_run_that_the_page_resumes(
         wait_until_ready(first)
         page = browsing.page(first.address)
         run_id = _begin(page, first)
-        first.end(signal.SIGKILL)
+        first.kill()
         expect(page.locator("#banner")).to_contain_text("connection to the service is lost")
         expect(page.locator("#run-state")).to_contain_text("Link lost")
     with serving(tmp_path, "--port", str(urlsplit(first.address).port)) as second:
