@@ -4,6 +4,7 @@ import asyncio
 import logging
 import secrets
 
+import anyio
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from northfinder.service.problems import Problem
@@ -39,6 +40,9 @@ class LastResort:
             if not has_begun:
                 await _ENDING.response()(scope, receive, send)
         except Exception as defect:  # noqa: BLE001 - this is the last resort
+            if has_begun and _is_departure(defect):
+                _LOG.info("the client has left: %s %s", scope["method"], scope["path"])
+                return
             reference = secrets.token_hex(4)
             _LOG.error(
                 "a defect, reference %s, in %s %r",
@@ -49,6 +53,16 @@ class LastResort:
             )
             if not has_begun:  # otherwise the server closes the connection
                 await _problem(reference).response()(scope, receive, send)
+
+
+def _is_departure(error: BaseException) -> bool:
+    """Say whether all that failed is a stream whose reader has gone.
+
+    FastAPI's keep-alive may be just about to write into it.
+    """
+    if isinstance(error, BaseExceptionGroup):
+        return all(_is_departure(part) for part in error.exceptions)
+    return isinstance(error, anyio.BrokenResourceError)
 
 
 def _problem(reference: str) -> Problem:

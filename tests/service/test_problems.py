@@ -1,14 +1,18 @@
 """Every error is a problem document of RFC 9457, and says which value is wrong and what to do."""
 
+import asyncio
 import json
 
+import anyio
 import httpx
 import pytest
+from starlette.types import Message, Receive, Scope, Send
 
 from drivers.errors import DriverError, LinkTimeoutError
 from northfinder.errors import ConfigError
 from northfinder.records import RecordsError
 from northfinder.records.errors import DatabaseUrlError, IllegalStepError, UnknownRunError
+from northfinder.service.last_resort import LastResort
 from northfinder.service.problems import problem_of
 from tests.service.asking import ask
 from tests.service.shell_app import shell_app
@@ -93,6 +97,24 @@ def test_what_is_not_there_is_a_problem_too() -> None:
     answer = ask(shell_app(), "PUT", "/api/v1/wishes")
     assert "allowed is POST" in str(problem(answer, 405)["detail"])
     assert answer.headers["allow"] == "POST"
+
+
+def test_a_reader_who_leaves_in_mid_stream_is_no_defect(caplog: pytest.LogCaptureFixture) -> None:
+    async def stream(_: Scope, __: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        msg = "of the keep-alive"
+        raise ExceptionGroup(msg, [anyio.BrokenResourceError()])
+
+    async def receive() -> Message:
+        return {"type": "http.disconnect"}
+
+    async def send(_: Message) -> None: ...
+
+    scope = {"type": "http", "method": "GET", "path": "/api/v1/rig/events"}
+    with caplog.at_level("INFO"):
+        asyncio.run(LastResort(stream)(scope, receive, send))
+    (line,) = caplog.messages
+    assert line == "the client has left: GET /api/v1/rig/events"
 
 
 def test_a_defect_is_a_sentence_for_the_client_and_a_traceback_for_the_log(
