@@ -104,6 +104,8 @@ def test_records_locked_during_a_run_stop_it_in_words(browsing: Browsing, tmp_pa
             other.execute("PRAGMA busy_timeout = 20000")
             other.execute("BEGIN EXCLUSIVE")
             expect(banner).to_contain_text("Check the database")
+            # The banner may come from who reads; the run ends when its own write gives up.
+            service.wait_for_log(f"run {run_id} failed")
             assert service.api.get("/rig").json()["table"]["moving"] is False
             other.execute("ROLLBACK")
         wait_for_run(page, run_id, "stopped")

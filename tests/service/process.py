@@ -72,6 +72,13 @@ class ServiceProcess:
             seen = list(islice(visits, count))
         assert len(seen) == count, f"the run ended before: {self.run(run_id)}"
 
+    def wait_for_log(self, text: str) -> None:
+        """Wait until the log says so: what the records cannot tell while they are away."""
+        end_s = time.monotonic() + _PATIENCE_S
+        while text not in self.log.read_text():
+            assert time.monotonic() < end_s, self.log.read_text()
+            time.sleep(0.05)
+
     def events(
         self, run_id: str, *names: str, after: int | None = None
     ) -> Generator[Event, None, None]:
