@@ -75,6 +75,20 @@ def visits_of(store: records.Records, run: records.Run) -> list[Visit]:
     return [_with_samples(store, run.id, entry) for entry in store.visits(run.id)]
 
 
+def estimates_of(store: records.Records, run_id: str) -> list[JsonObject]:
+    """Return what a run told of north so far, in time order; the certificate draws it.
+
+    Raises:
+        UnknownRunError: No such run.
+    """
+    found: list[JsonObject] = []
+    after = 0
+    while events := store.events(run_id, after):
+        found += [event.data for event in events if event.event == "estimate"]
+        after = events[-1].seq
+    return found
+
+
 #: What decides what a reading means; a port may change between two lives of a run.
 _MUST_BE_EQUAL = {
     "site": ("latitude_deg", "latitude_sigma_deg", "height_m", "gravity_m_s2"),

@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +24,17 @@ from northfinder.formatting import azimuth_with_uncertainty
 from northfinder.recording import resume as resume_run
 from northfinder.records import Records, Run, RunSummary, Writer
 from northfinder.records.export import file_name, samples_csv, samples_parquet, visits_csv
+from northfinder.replay import estimates_of
 from northfinder.replay import recompute as recompute_run
 from northfinder.report.certificate import certificate
 from northfinder.wiring import build_rig, event_loop
+
+_output_option = click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="By default named after the run, here; - is stdout.",
+)
 
 
 @click.group()
@@ -117,12 +125,7 @@ _EXPORTS: dict[str, tuple[str, Callable[[Records, str], Iterable[bytes]]]] = {
     default="csv",
     help="Raw samples as csv or parquet, visits as csv, the result as json.",
 )
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="By default named after the run, here; - is stdout.",
-)
+@_output_option
 @records_options
 def export(run_id: str, kind: str, output: Path | None, url: str) -> None:
     """Write a run's raw samples, visits or result to a file."""
@@ -135,18 +138,13 @@ def export(run_id: str, kind: str, output: Path | None, url: str) -> None:
 
 @runs.command(short_help="Write a run's certificate.")
 @click.argument("run_id")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="By default named after the run, here; - is stdout.",
-)
+@_output_option
 @records_options
 def report(run_id: str, output: Path | None, url: str) -> None:
     """Write a run's certificate: one HTML file, complete in itself, to print or to keep."""
     with Records.open(url) as store:
         run = store.run(run_id)
-        estimates = [event.data for event in _events(store, run.id) if event.event == "estimate"]
+        estimates = estimates_of(store, run.id)
         page = certificate(run, store.visits(run.id), estimates, store.samples_sha256(run.id))
     _write(output or Path(file_name(run, "certificate", "html")), iter([page.encode()]))
 
@@ -173,13 +171,6 @@ async def _resume(run_id: str, config: RigConfig, url: str) -> dict[str, Any]:
             await writer.interrupt_abandoned(rig.name)
             revived = await resume_run(rig, store, run, writer, progress.show)
             return await revived.carry_out()
-
-
-def _events(store: Records, run_id: str) -> Iterator[Any]:
-    after = 0
-    while events := store.events(run_id, after):
-        yield from events
-        after = events[-1].seq
 
 
 def _result_json(run: Run) -> bytes:

@@ -7,6 +7,7 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 
 from northfinder.records import Records, Run
 from northfinder.records.export import samples_csv, samples_parquet, visit_json, visits_csv
+from northfinder.replay import estimates_of
 from northfinder.report.certificate import certificate
 from northfinder.report.figures import draw
 from northfinder.service import policies
@@ -74,7 +75,7 @@ def get_report(run_id: RunId, parts: PartsOf) -> HTMLResponse:
     page = certificate(
         store.run(run_id),
         store.visits(run_id),
-        _estimates(store, run_id),
+        estimates_of(store, run_id),
         store.samples_sha256(run_id),
     )
     return HTMLResponse(page, headers=_DOCUMENT)
@@ -86,20 +87,11 @@ def get_figure(run_id: RunId, name: str, parts: PartsOf) -> SvgResponse:
     store = parts.records
     run = store.run(run_id)
     result = run.result or {"visits": _visits(store, run_id)}
-    return SvgResponse(draw(name, result, _estimates(store, run_id)), headers=_DOCUMENT)
+    return SvgResponse(draw(name, result, estimates_of(store, run_id)), headers=_DOCUMENT)
 
 
 def _visits(store: Records, run_id: str) -> list[JsonObject]:
     return [visit_json(entry) for entry in store.visits(run_id)]
-
-
-def _estimates(store: Records, run_id: str) -> list[JsonObject]:
-    found: list[JsonObject] = []
-    after = 0
-    while events := store.events(run_id, after):
-        found += [event.data for event in events if event.event == "estimate"]
-        after = events[-1].seq
-    return found
 
 
 def _without_result(run: Run) -> Problem:
