@@ -4,6 +4,7 @@ import { ENDED } from "./run.js";
 
 const ROOT = "/api/v1";
 const DEADLINE_MS = 10000;
+const START_DEADLINE_MS = 20000; // longer than the service tries: a start that is given up here must not happen later
 const SILENCE_MS = 4000; // the rig reports twice a second at least
 const RETRY_MS = 1000;
 const KINDS = ["state", "progress", "visit", "estimate", "warning", "error", "result"];
@@ -61,7 +62,7 @@ export async function insist(act, store) {
 /** Start a run and show it. */
 export async function startRun(plan, store) {
   const key = crypto.getRandomValues(new Uint32Array(4)).join("-");
-  const { run_id } = await post("/runs", plan, { "Idempotency-Key": key });
+  const { run_id } = await post("/runs", plan, { "Idempotency-Key": key }, START_DEADLINE_MS);
   await openRun(run_id, store);
 }
 

@@ -38,7 +38,7 @@ export const doubtful = (run) => run?.state === "completed" && Boolean(run.check
 
 /** What stopped a run, `[headline, the rest]`, without where it was: the page shows that elsewhere. */
 export function reason({ error }) {
-  const words = error.replace(/^visit [^:]*: /, "");
+  const words = error.replace(/^(to see that nothing moved, )?visit [^:]*: /, "");
   const [, headline = words, rest = ""] = /^(.{20,90}?)[.;:] (.+)$/s.exec(words) ?? [];
   return [sentence(headline), rest && sentence(rest)];
 }

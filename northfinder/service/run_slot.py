@@ -52,6 +52,7 @@ class RunSlot:
     def fill(self, run: RecordedRun) -> None:
         """Begin to carry a run out."""
         self._run = run
+        self._measuring = True
         self._task = asyncio.create_task(self._until_settled(run), name=f"run {run.id}")
 
     def cancel(self, ending: Ending, *, leaving: bool) -> None:
@@ -59,7 +60,8 @@ class RunSlot:
         if self._run is not None and self._task is not None:
             self._run.cancelled_as = ending
             if self._measuring or leaving:
-                self._task.cancel()
+                # Not before its first step: a run that never began would write no end.
+                asyncio.get_running_loop().call_soon(self._task.cancel)
 
     async def emptied(self) -> None:
         """Wait until the run has ended; records that take no writes must not hold us up."""
@@ -90,7 +92,6 @@ class RunSlot:
             self._run = self._task = None
 
     async def _measure(self, run: RecordedRun) -> None:
-        self._measuring = True
         try:
             await run.carry_out()
         except asyncio.CancelledError:

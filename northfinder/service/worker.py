@@ -69,6 +69,8 @@ class Worker:
         self._leaving = True
         try:
             await self._stop("interrupted")
+            async with self._starting:  # a run that was just being begun ends as well
+                await self._stop("interrupted")
         except DriverError as error:
             _LOG.error("the table did not confirm that it stopped: %s", sentence_of(error))
         finally:
@@ -166,8 +168,11 @@ class Worker:
         """Return the open rig.
 
         Raises:
-            RigOfflineError: It is not open; the message says why.
+            RigOfflineError: It is not open, or will soon not be; the message says why.
         """
+        if self._leaving:
+            reason = "the service is ending; start it again"
+            raise RigOfflineError(reason)
         if self._telemetry is None:
             raise RigOfflineError(self._offline)
         return self._bench

@@ -12,6 +12,7 @@ from tests.page.browsing import (
     Browsing,
     choose_plan,
     find_button,
+    is_start,
     show,
     wait_for_phase,
     wait_for_run,
@@ -44,6 +45,25 @@ def test_a_failed_run_says_why_and_is_resumed(browsing: Browsing, service: Servi
     page.get_by_role("button", name="Resume").click()
     wait_for_run(page, run_id, "completed")
     assert service.run(run_id)["state"] == "completed"
+
+
+@pytest.mark.usefixtures("idle")
+def test_a_failure_after_a_pause_names_its_cause_first(
+    browsing: Browsing, service: ServiceProcess
+) -> None:
+    page = browsing.page(service.address)
+    run_id = service.start({**SHORT, "positions": 24, "dwell_s": 10})
+    service.wait_for_visits(run_id, 4)
+    service.api.post(f"/runs/{run_id}/pause")
+    wait_for_run(page, run_id, "paused")
+    fault = {"device": "turntable", "short_by_deg": 0.31}
+    service.api.post("/rig/simulation/faults", json=fault)
+    service.api.post(f"/runs/{run_id}/resume")
+    wait_for_run(page, run_id, "stopped")
+    assert service.run(run_id)["error"].startswith("to see that nothing moved, visit")
+    expect(page.locator("#what")).to_have_text(re.compile("^The table .* short of"))
+    service.api.post(f"/runs/{run_id}/abort")
+    service.api.delete("/rig/simulation/faults")
 
 
 @pytest.mark.usefixtures("idle")
@@ -80,7 +100,9 @@ def test_locked_records_are_said_and_come_back(browsing: Browsing, tmp_path: Pat
         banner = page.get_by_role("alert").filter(has_text="The records cannot be written.")
         with closing(sqlite3.connect(tmp_path / "records.db", isolation_level=None)) as other:
             other.execute("BEGIN EXCLUSIVE")
-            find_button(page).click()
+            with page.expect_response(is_start) as answer:
+                find_button(page).click()
+            assert answer.value.status == 503
             expect(banner).to_contain_text("locked")
             expect(page.locator("#find-why")).to_contain_text("records")
             expect(find_button(page)).to_be_disabled()

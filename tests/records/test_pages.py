@@ -64,9 +64,10 @@ def test_a_list_does_not_load_what_is_large(records: Records) -> None:
     records.create_run(RUN)
     statements.clear()
     records.page(50)
-    (select,) = (text for text in statements if text.startswith("SELECT"))
+    asked = " ".join(statements)
+    assert "runs.headline" in asked
     for column in ("result", "site", "runs.rig,", "software", "simulation", "prediction"):
-        assert column not in select
+        assert column not in asked
 
 
 def test_the_same_request_finds_its_run(records: Records) -> None:
