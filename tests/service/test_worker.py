@@ -24,7 +24,7 @@ def state_of_a_run(
         with Records.open(url) as records:
             worker = Worker(build_rig(config), records, lambda _: None)
             serving = asyncio.create_task(worker.serve())
-            while (await worker.snapshot())["state"] != "ready":
+            while (await worker.snapshot())["state"] != "ready":  # noqa: ASYNC110 -- as a reader asks
                 await asyncio.sleep(0.01)
             starting = asyncio.create_task(worker.start(SHORT, None))
             await meddle(worker)
@@ -55,7 +55,7 @@ def test_a_service_that_ends_begins_nothing(tmp_path: Path) -> None:
 
 def test_a_stop_before_the_first_step_of_a_run_aborts_it(tmp_path: Path) -> None:
     async def stop_at_once(worker: Worker) -> None:
-        while worker.run_id is None:
+        while worker.run_id is None:  # noqa: ASYNC110 -- every turn of the loop is tried
             await asyncio.sleep(0.0)
         await worker.stop()
 
