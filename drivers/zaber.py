@@ -1,9 +1,7 @@
 """A Zaber rotary stage (X-RST, X-RSW) as turntable, by the Zaber ASCII Protocol Manual."""
 
-import asyncio
 import contextlib
 import math
-from dataclasses import replace
 from typing import ClassVar, Self
 
 from drivers.codecs.zaber import (
@@ -11,22 +9,19 @@ from drivers.codecs.zaber import (
     NO_REFERENCE,
     NO_WARNING,
     SPEED_DATA,
+    WARNINGS,
     Rejection,
     Reply,
 )
-from drivers.errors import DeviceFaultError, DriverError, LinkTimeoutError, ProtocolError
+from drivers.errors import DeviceFaultError, DriverError, ProtocolError
+from drivers.indexing_table import Check, Fault, IndexingTable, Seen, deg
 from drivers.interfaces import Counters, Identity, Link, MotionLimits, Role, TableState
 from drivers.zaber_dialogue import ZaberDialogue
-from drivers.zaber_faults import LATE, STOPPED, deg, fault_of, missed, require_reference
 
-_POLL_S = 0.05
-_MARGIN_S = 3.0
-_STOP_S = 10.0
 _HOMING_SHARE = 0.1  # of the full speed; the approach to the reference is slower
-_TOLERANCE_RAD = math.radians(0.01)
 
 
-class Zaber:
+class Zaber(IndexingTable):
     """One rotary stage; implements ``Turntable``.
 
     While it is open, the stage adds checksums to its replies (``comm.checksum``), where its
@@ -40,36 +35,14 @@ class Zaber:
     baudrate: ClassVar[int] = 115_200
 
     def __init__(self, link: Link) -> None:
-        self._link_name = link.name
+        super().__init__(link.name)
         self._dialogue = ZaberDialogue(link)
-        self._identity: Identity | None = None
-        self._limits: MotionLimits | None = None
         self._microsteps_per_rad = math.nan
-        self._stops = 0
-
-    @property
-    def link_name(self) -> str:
-        """Return the link's name."""
-        return self._link_name
-
-    @property
-    def identity(self) -> Identity:
-        """Return who answered; known once open."""
-        if self._identity is None:
-            raise self._not_open()
-        return self._identity
 
     @property
     def counters(self) -> Counters:
         """Return the counters: replies, damaged ones, and those that did not come."""
         return self._dialogue.counters
-
-    @property
-    def limits(self) -> MotionLimits:
-        """Return the speed and acceleration of moves; known once open."""
-        if self._limits is None:
-            raise self._not_open()
-        return self._limits
 
     async def open(self) -> Self:
         """Open the link, stop the table (it may still turn after a crash), read what it is.
@@ -98,88 +71,6 @@ class Zaber:
             await self.stop()
             await self._dialogue.restore_checksums()
         await self._release()
-
-    async def state(self) -> TableState:
-        """Ask where the table is.
-
-        Raises:
-            LinkTimeoutError: No answer.
-            DeviceFaultError: It reports a fault.
-        """
-        reply, state = await self._ask()
-        await self._raise_fault(reply, state)
-        return state
-
-    async def observe(self) -> TableState:
-        """Look where the table is, at any time, also while a move is awaited.
-
-        A fault is reported, and neither raised nor acknowledged: it is the move's to tell.
-
-        Raises:
-            LinkTimeoutError: No answer.
-            TransportError: The link was cut.
-            ProtocolError: The answer is no number, however often asked.
-        """
-        reply, state = await self._ask()
-        return replace(state, fault=fault_of(reply.warning, state))
-
-    async def home(self) -> TableState:
-        """Find the reference; returns when at rest.
-
-        Raises:
-            LinkTimeoutError: No answer.
-            DeviceFaultError: The table stalled, was stopped, or did not find it.
-        """
-        stops = self._stops
-        await self._begin("home", stops)
-        turn_s = 2 * math.pi / (_HOMING_SHARE * self.limits.speed_rad_s)
-        state = await self._rest("homing", turn_s + _MARGIN_S)
-        self._check_not_stopped(stops, state, "homing")
-        if not state.homed:
-            msg = (
-                "The table came to rest without its reference. Check its home sensor, then resume."
-            )
-            raise DeviceFaultError(msg, NO_REFERENCE)
-        return state
-
-    async def move_to(self, angle_rad: float) -> TableState:
-        """Turn to an absolute angle, no wrap; returns when at rest there.
-
-        Raises:
-            LinkTimeoutError: No answer.
-            DeviceFaultError: The table stalled, was stopped, lost its reference or stopped
-                short; the message says where.
-        """
-        stops = self._stops
-        start = await self.state()
-        require_reference(start)
-        what = f"the move to {deg(angle_rad)}"
-        await self._begin(f"move abs {round(angle_rad * self._microsteps_per_rad)}", stops)
-        state = await self._rest(what, self._duration_s(abs(angle_rad - start.angle_rad)))
-        require_reference(state)
-        if abs(state.angle_rad - angle_rad) > _TOLERANCE_RAD:
-            self._check_not_stopped(stops, state, what)
-            raise missed(start.angle_rad, angle_rad, state.angle_rad)
-        return state
-
-    async def stop(self) -> None:
-        """Stop now, whatever else is being asked; a move awaited, or about to begin, fails.
-
-        Raises:
-            LinkTimeoutError: The table did not confirm that it stands.
-        """
-        self._stops += 1
-        await self._dialogue.urge("stop")
-        loop = asyncio.get_running_loop()
-        deadline_s = loop.time() + _STOP_S
-        while (await self._dialogue.request("")).busy:
-            if loop.time() >= deadline_s:
-                msg = (
-                    f"The table on {self._link_name} still turns {_STOP_S:g} s after it was told"
-                    " to stop. Cut its power."
-                )
-                raise LinkTimeoutError(msg)
-            await asyncio.sleep(_POLL_S)
 
     async def _read_identity(self) -> None:
         _, model = await self._dialogue.number("get deviceid", axis=0)
@@ -212,41 +103,31 @@ class Zaber:
             raise ProtocolError(msg) from cause
         return turn
 
-    async def _begin(self, motion: str, stops: int) -> None:
-        """Send a motion command, unless a stop has been asked for since ``stops`` was read.
-
-        Repeating it is checked too: its reply may have been lost while the stop came in.
-        """
-
-        def check() -> None:
-            if self._stops != stops:
-                msg = f"The table was told to stop, so '{motion}' was given up."
-                raise DeviceFaultError(msg, STOPPED)
-
-        await self._dialogue.request(motion, check=check)
-
-    async def _rest(self, what: str, timeout_s: float) -> TableState:
-        """Poll until the table stands, and look what it reports."""
-        loop = asyncio.get_running_loop()
-        deadline_s = loop.time() + timeout_s
-        reply, state = await self._ask()
-        while reply.busy:
-            if loop.time() >= deadline_s:
-                await self.stop()
-                msg = (
-                    f"The table still turned at {deg(state.angle_rad)}, {timeout_s:.1f} s after"
-                    f" {what} began, so it was stopped. Check its load and its speed settings."
-                )
-                raise DeviceFaultError(msg, LATE)
-            await asyncio.sleep(_POLL_S)
-            reply, state = await self._ask()
-        await self._raise_fault(reply, state)
-        return state
-
-    async def _ask(self) -> tuple[Reply, TableState]:
+    async def _look(self) -> Seen:
         reply, position = await self._dialogue.number("get pos")
         homed = await self._has_reference(reply)
-        return reply, TableState(position / self._microsteps_per_rad, reply.busy, homed)
+        state = TableState(position / self._microsteps_per_rad, reply.busy, homed)
+        return Seen(state, _fault_of(reply.warning, state))
+
+    async def _moving(self) -> bool:
+        return (await self._dialogue.request("")).busy
+
+    async def _acknowledge(self) -> None:
+        await self._dialogue.request("warnings clear")
+
+    async def _begin_homing(self, check: Check) -> None:
+        await self._dialogue.request("home", check=check)
+
+    async def _begin_move(self, angle_rad: float, check: Check) -> None:
+        # Repeating it is checked too: its reply may have been lost while a stop came in.
+        motion = f"move abs {round(angle_rad * self._microsteps_per_rad)}"
+        await self._dialogue.request(motion, check=check)
+
+    async def _halt(self) -> None:
+        await self._dialogue.urge("stop")
+
+    def _homing_speed_rad_s(self) -> float:
+        return _HOMING_SHARE * self.limits.speed_rad_s
 
     async def _has_reference(self, reply: Reply) -> bool:
         """Tell whether ``WR`` holds; a graver flag hides it, so only ``--`` is a proof."""
@@ -254,26 +135,18 @@ class Zaber:
             return reply.warning == NO_WARNING
         return NO_REFERENCE not in (await self._dialogue.request("warnings")).data.split()
 
-    async def _raise_fault(self, reply: Reply, state: TableState) -> None:
-        """Acknowledge a fault flag, so that the operator may resume, and raise it."""
-        fault = fault_of(reply.warning, state)
-        if fault is not None:
-            await self._dialogue.request("warnings clear")
-            raise DeviceFaultError(fault, reply.warning)
-
-    def _check_not_stopped(self, stops: int, state: TableState, what: str) -> None:
-        if self._stops != stops:
-            msg = f"The table was stopped at {deg(state.angle_rad)} during {what}."
-            raise DeviceFaultError(msg, STOPPED)
-
-    def _duration_s(self, distance_rad: float) -> float:
-        """Return how long a move may take: a trapezoid's time bounds a triangle's too."""
-        ramp_s = self.limits.speed_rad_s / self.limits.acceleration_rad_s2
-        return distance_rad / self.limits.speed_rad_s + 2 * ramp_s + _MARGIN_S
-
     async def _release(self) -> None:
         with contextlib.suppress(DriverError):
             await self._dialogue.close()
 
-    def _not_open(self) -> RuntimeError:
-        return RuntimeError(f"the table on {self._link_name} is not open yet")
+
+def _fault_of(flag: str, state: TableState) -> Fault | None:
+    """Say what a flag means; None where it is a warning or a note, no fault."""
+    if not flag.startswith("F"):
+        return None
+    words = WARNINGS.get(flag, "a fault that the manual does not list")
+    sentence = (
+        f"The table reports {flag}, {words}, at {deg(state.angle_rad)}."
+        " Check for an obstruction and its power, then resume."
+    )
+    return Fault(sentence, flag)

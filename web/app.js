@@ -32,6 +32,7 @@ onUnauthorized(() => import("./session.js").then(({ askForToken }) => askForToke
 for (const part of [rig, hero, actions, form, banner]) part.mount(store);
 mountChoices();
 let active; // the run that the rig is at
+let last; // the one that it was at last: some begin and end between two words from the rig
 await start();
 store.on(["run", "prediction", "compare"], loadPanels);
 store.on("prediction", ({ prediction }) => prediction && loadPlotly().catch(reportError));
@@ -63,7 +64,7 @@ async function showNewest() {
   store.set({ loaded: false });
   try {
     await loadRuns(store);
-    active = now.run_id;
+    ({ run_id: active, last_run_id: last } = now);
     const id = active ?? store.state.runs[0]?.run_id;
     if (id) await openRun(id, store);
     store.set({ loaded: true, trouble: null });
@@ -74,11 +75,11 @@ async function showNewest() {
 
 // A run that another page or program began or resumed is shown as soon as the rig says so.
 function followTheRig({ rig: now, run, loaded }) {
-  const id = now?.run_id;
-  const begun = id && id !== active;
-  active = id;
+  const id = now?.last_run_id;
+  const begun = id && (id !== last || (now.run_id && !active));
+  ({ run_id: active, last_run_id: last } = now ?? {});
   if (!loaded) showNewest();
-  else if (begun && (run?.run_id !== id || ENDED.includes(run.state))) insist(() => id === active && openRun(id, store), store);
+  else if (begun && (run?.run_id !== id || ENDED.includes(run.state))) insist(() => id === last && openRun(id, store), store);
 }
 
 function mountChoices() {

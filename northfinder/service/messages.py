@@ -198,6 +198,7 @@ class Rig(BaseModel):
     state: Literal["starting", "ready", "busy", "offline"]
     detail: str | None
     run_id: str | None
+    last_run_id: str | None
     table: Table | None
     devices: list[Device]
     database: Database

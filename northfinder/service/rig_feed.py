@@ -28,6 +28,7 @@ _HOUSEKEEPING_S = 2.0
 _UNREACHED: JsonObject = {
     "state": "offline",
     "run_id": None,
+    "last_run_id": None,
     "table": None,
     "devices": [],
     "database": {"ok": True, "detail": None},

@@ -22,10 +22,12 @@ class RunSlot:
 
     Attributes:
         trouble: Why the records took the last write not; None where they did.
+        last_run_id: The run that is on, or the last that was; None before the first.
     """
 
     def __init__(self) -> None:
         self.trouble: str | None = None
+        self.last_run_id: str | None = None
         self._run: RecordedRun | None = None
         self._task: asyncio.Task[None] | None = None
         self._measuring = False
@@ -52,6 +54,7 @@ class RunSlot:
     def fill(self, run: RecordedRun) -> None:
         """Begin to carry a run out."""
         self._run = run
+        self.last_run_id = run.id
         self._measuring = True
         self._task = asyncio.create_task(self._until_settled(run), name=f"run {run.id}")
 

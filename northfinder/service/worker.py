@@ -190,7 +190,11 @@ class Worker:
 
     async def snapshot(self) -> JsonObject:
         """Return what changes of `GET /rig`: state, table, devices."""
-        always = {"run_id": self.run_id, "records_trouble": self._slot.trouble}
+        always = {
+            "run_id": self.run_id,
+            "last_run_id": self._slot.last_run_id,
+            "records_trouble": self._slot.trouble,
+        }
         if self._telemetry is None:
             state = "starting" if self._opening else "offline"
             seen = unreached(self._bench.config, self._offline)

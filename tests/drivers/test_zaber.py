@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from drivers.errors import DeviceFaultError, LinkTimeoutError, TransportError
+from drivers.indexing_table import LATE, NO_REFERENCE, SHORT, STOPPED
 from drivers.interfaces import TableState
 from drivers.zaber import Zaber
-from drivers.zaber_faults import LATE, SHORT, STOPPED
 from sim.clock import run_virtual
 from sim.devices.zaber import SimulatedZaber
 from sim.faults import FaultyWire
@@ -144,7 +144,7 @@ def test_a_stop_before_the_command_is_sent_keeps_the_table_still() -> None:
 
     code, message = fault_of(use)
     assert code == STOPPED
-    assert message == "The table was told to stop, so 'move abs 244462' was given up."
+    assert message == "The table was told to stop, so the move to 57.3 deg was given up."
 
 
 def test_a_move_whose_reply_was_lost_is_not_repeated_once_a_stop_was_asked_for() -> None:
@@ -164,7 +164,7 @@ def test_a_move_whose_reply_was_lost_is_not_repeated_once_a_stop_was_asked_for()
 
     assert fault_of(use) == (
         STOPPED,
-        "The table was told to stop, so 'move abs 244462' was given up.",
+        "The table was told to stop, so the move to 57.3 deg was given up.",
     )
 
 
@@ -226,7 +226,7 @@ def test_a_lost_reference_is_told_before_and_during_a_move(delay_s: float) -> No
         await on.table.move_to(2.0)
 
     code, message = fault_of(use)
-    assert code == "WR"
+    assert code == NO_REFERENCE
     assert message.endswith("Home it, then resume.")
 
 

@@ -93,6 +93,24 @@ def test_what_did_not_come_the_first_time_is_asked_for_again(
 
 
 @pytest.mark.usefixtures("idle")
+def test_a_run_that_ended_before_the_page_heard_of_the_rig_is_shown(
+    browsing: Browsing, service: ServiceProcess
+) -> None:
+    page = browsing.context().new_page()
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route(re.compile("/rig/events$"), hold)
+    show(page, service.address)
+    run_id = service.start()
+    service.wait(run_id)
+    held[0].continue_()
+    wait_for_run(page, run_id, "completed")
+
+
+@pytest.mark.usefixtures("idle")
 def test_a_page_that_slept_catches_up(browsing: Browsing, service: ServiceProcess) -> None:
     page = browsing.page(service.address)
     run_id = _begin(page, service)

@@ -27,14 +27,15 @@ def begin(service: ServiceProcess, visits: int, plan: JsonObject = PLAN) -> str:
 
 
 def test_a_killed_run_is_interrupted_at_the_next_start_and_can_be_resumed(tmp_path: Path) -> None:
-    with serving(tmp_path) as service:
+    noise = {"NORTHFINDER_GYRO__NOISE_DEG_SQRT_H": "0.001"}
+    with serving(tmp_path, **noise) as service:
         run_id = begin(service, 14)
         service.kill()
     with stored(tmp_path) as records:
         before = records.visits(run_id)
         assert records.run(run_id).state == "running"
         samples = [records.samples(run_id, visit.index) for visit in before]
-    with serving(tmp_path) as service:
+    with serving(tmp_path, **noise) as service:
         wait_until_ready(service)
         run = service.run(run_id)
         assert (run["state"], run["steps"]) == ("interrupted", ["resume", "abort"])

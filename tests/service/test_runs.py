@@ -22,7 +22,7 @@ def idle(service: ServiceProcess) -> None:
 
 
 def test_a_run_is_accepted_and_brings_north(service: ServiceProcess) -> None:
-    answer = service.api.post("/runs", json={"kind": "north-seek", "positions": 8, "dwell_s": 1})
+    answer = service.api.post("/runs", json={"kind": "north-seek", "positions": 24, "dwell_s": 1})
     assert answer.status_code == 202
     assert answer.headers["location"] == f"/api/v1/runs/{answer.json()['run_id']}"
     run = service.wait(answer.json()["run_id"])
@@ -217,7 +217,8 @@ def test_the_simulated_truth_can_be_changed_and_shows_in_the_result(
         result = service.wait(service.start({**SHORT, "dwell_s": 2}))["result"]
     finally:
         service.api.patch("/rig/simulation", json={"azimuth_deg": 48.0})
-    assert abs(result["azimuth_deg"] - 100.0) < 4 * result["azimuth_sigma_deg"]
+    # Four angles estimate their sigma from four degrees of freedom: a fixed bound does not flicker.
+    assert result["azimuth_deg"] == pytest.approx(100.0, abs=5.0)
     assert result["simulation"]["azimuth_deg"] == 100.0
     wrong = service.api.patch("/rig/simulation", json={"pitch_deg": 99})
     assert wrong.status_code == 422
