@@ -17,6 +17,7 @@ test: check system-packages
 	$(BIN)/coverage run -m pytest tests/codecs tests/estimators -m "not proof and not speed"
 	$(BIN)/coverage report --include='drivers/codecs/*,northfinder/estimators/*' --fail-under=100
 	$(PYTEST) --ignore=tests/codecs --ignore=tests/estimators -m "not proof and not speed"
+	tests/vcan/run $(PYTEST) tests/can
 	$(PYTEST) -m "speed and not proof"
 
 test-quick: .venv/installed-dev

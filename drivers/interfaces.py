@@ -1,9 +1,10 @@
 """The seams of the hardware: links, instruments, and the sample blocks that they yield.
 
-A link carries bytes; an instrument is a codec, a link and deadlines. One instrument may fill
-two roles: a KVH 1750 is gyro and accelerometer at once, on one link that is opened once.
+A link carries bytes or CAN frames; an instrument is a codec, a link and deadlines. One instrument
+may fill two roles: a KVH 1750 is gyro and accelerometer at once, on one link that is opened once.
 """
 
+from collections.abc import Sequence
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 from typing import ClassVar, Literal, NamedTuple, Protocol, Self
@@ -16,6 +17,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 Role = Literal["gyro", "accelerometer", "turntable"]
+Transport = Literal["serial", "can"]
 
 
 class Chunk(NamedTuple):
@@ -59,6 +61,99 @@ class Link(Protocol):
 
     def set_baudrate(self, baudrate: int) -> None:
         """Change the line speed; a link without one (memory, TCP) ignores it."""
+
+
+class CanFrame(NamedTuple):
+    """One frame of a CAN bus; of CAN FD, up to 64 bytes of data."""
+
+    can_id: int
+    data: bytes = b""
+    extended: bool = False
+    remote: bool = False
+
+
+class CanFilter(NamedTuple):
+    """Frames of interest: those whose identifier is this one wherever the mask has a bit."""
+
+    can_id: int
+    mask: int
+    extended: bool = False
+
+    def passes(self, frame: CanFrame) -> bool:
+        """Say whether a frame is of interest."""
+        alike = (frame.can_id ^ self.can_id) & self.mask == 0
+        return alike and frame.extended == self.extended
+
+
+class CanArrivals(NamedTuple):
+    """Frames as they came, at least one, each with the loop time at which it arrived."""
+
+    frames: list[CanFrame]
+    times_s: list[float]
+
+    @property
+    def arrival_s(self) -> float:
+        """Return the loop time at which the last of them arrived."""
+        return self.times_s[-1]
+
+
+class CanLink(Protocol):
+    """One instrument's part of a CAN bus; other instruments may share the bus."""
+
+    @property
+    def name(self) -> str:
+        """Return what an error message calls this bus: ``socketcan can0``, ``sim:can``."""
+
+    @property
+    def error_frames(self) -> int:
+        """Return how many errors the controller has reported since the bus was opened."""
+
+    async def open(self) -> None:
+        """Open, or open again after a failure.
+
+        Raises:
+            TransportError: The interface is absent, down or busy.
+        """
+
+    async def close(self) -> None:
+        """Release it; closing twice is harmless."""
+
+    async def write(self, frame: CanFrame) -> None:
+        """Send a frame.
+
+        Raises:
+            TransportError: The bus is off or gone, or takes nothing.
+        """
+
+    async def read(self, timeout_s: float) -> CanArrivals:
+        """Return what has arrived, waiting for the first frame at most ``timeout_s``.
+
+        Raises:
+            LinkTimeoutError: Nothing came in time.
+            TransportError: The bus is off or gone.
+        """
+
+    def set_filters(self, filters: Sequence[CanFilter]) -> None:
+        """Let only these frames through, from the next opening on; without any call, all."""
+
+
+@dataclass(frozen=True, slots=True)
+class CanSettings:
+    """What a configuration says of an instrument on a CAN bus; each takes what concerns it.
+
+    Attributes:
+        node: Its CANopen node number, or its J1939 address.
+        column: 0, 1 or 2: its sensing axis x, y or z.
+        gravity_g: Local gravity, standard gravities.
+        units_per_turn: A drive's position units per turn of the table.
+        dbc: The text of the DBC file, and the names in it that are read, by what they are.
+    """
+
+    node: int | None = None
+    column: int = 0
+    gravity_g: float = 1.0
+    units_per_turn: float | None = None
+    dbc: tuple[str, dict[str, str]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +222,7 @@ class Instrument(Protocol):
     """What every instrument has; the roles below add to it."""
 
     roles: ClassVar[frozenset[Role]]
-    baudrate: ClassVar[int]
-
-    def __init__(self, link: Link) -> None: ...
+    transport: ClassVar[Transport]
 
     @property
     def link_name(self) -> str:

@@ -33,6 +33,7 @@ from drivers.interfaces import (
     NoiseSpecification,
     Role,
     SampleBlock,
+    Transport,
 )
 from drivers.kvh_dialogue import KvhDialogue
 from drivers.sample_account import SampleAccount
@@ -76,6 +77,7 @@ class Kvh:
     """
 
     roles: ClassVar[frozenset[Role]] = frozenset({"gyro", "accelerometer"})
+    transport: ClassVar[Transport] = "serial"
     baudrate: ClassVar[int] = 921_600
 
     def __init__(self, link: Link, sample_rate_hz: int = 1000) -> None:

@@ -34,6 +34,7 @@ from drivers.interfaces import (
     NoiseSpecification,
     Role,
     SampleBlock,
+    Transport,
 )
 from drivers.sample_account import SampleAccount
 from drivers.stim300_dialogue import Stim300Dialogue
@@ -60,6 +61,7 @@ class Stim300:
     """
 
     roles: ClassVar[frozenset[Role]] = frozenset({"gyro", "accelerometer"})
+    transport: ClassVar[Transport] = "serial"
     baudrate: ClassVar[int] = 921_600
 
     def __init__(self, link: Link, sample_rate_hz: int = 500) -> None:

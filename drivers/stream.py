@@ -3,12 +3,13 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import Generic, Protocol, TypeVar
 
 from drivers.errors import DriverError, LinkTimeoutError, TransportError
-from drivers.interfaces import Chunk, Counters, Link, Listener, SampleBlock
+from drivers.interfaces import Counters, Listener, SampleBlock
 
 SILENCE_S = 1.0  # the slowest KVH rate is 1 Hz, but a north-seek runs at 100 Hz and more
-_RECONNECT_S = 5.0  # a USB converter that was pulled and pushed back in
+_REPLUGGED_S = 5.0  # a USB converter that was pulled and pushed back in
 _RETRY_S = 0.25
 _QUEUE_BLOCKS = 4096  # minutes of bursts; a listener so far behind has stopped listening
 
@@ -41,7 +42,21 @@ class _QueueListener:
         return item
 
 
-class SensorStream:
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Source(Protocol[T_co]):
+    """What a stream reads: a link, or a node on a bus."""
+
+    async def open(self) -> None:
+        """Open it, or open it again after a failure."""
+
+    async def read(self, timeout_s: float) -> T_co:
+        """Return what has arrived, waiting at most so long for the first of it."""
+
+
+class SensorStream(Generic[T]):
     """Reads a sensor's link in a task of its own and publishes its blocks.
 
     A device that falls silent fails every listener at once, one whose port is gone does so after
@@ -49,28 +64,32 @@ class SensorStream:
     configuration) and the stream goes on.
 
     Args:
-        link: The open link; during :meth:`start` to :meth:`stop` nobody else reads it.
+        link: The open source; during :meth:`start` to :meth:`stop` nobody else reads it.
         name: The instrument in an error message: ``KVH gyro on /dev/ttyUSB0``.
         decode: Turns a chunk into a block, or ``None`` where it completes no sample.
         bring_up: Identifies and configures the device once the link is open again.
         counters: Counts the reconnections.
+        grace_s: For so long a link that is gone may come back before the listeners are told.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 -- the seams of one task
         self,
-        link: Link,
+        link: Source[T],
         name: str,
-        decode: Callable[[Chunk], SampleBlock | None],
+        decode: Callable[[T], SampleBlock | None],
         bring_up: Callable[[], Awaitable[None]],
         counters: Counters,
+        grace_s: float = _REPLUGGED_S,
     ) -> None:
         self._link = link
         self._name = name
         self._decode = decode
         self._bring_up = bring_up
         self._counters = counters
+        self._grace_s = grace_s
         # A list: equal runs wake the listeners in equal order, which a set's would not be.
         self._listeners: list[_QueueListener] = []
+        self._ailment: DriverError | None = None
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -88,8 +107,10 @@ class SensorStream:
 
     @contextlib.asynccontextmanager
     async def listen(self) -> AsyncIterator[Listener]:
-        """Receive every block published from now on."""
+        """Receive every block published from now on; of a dead instrument, why it is."""
         listener = _QueueListener(self._name)
+        if self._ailment is not None:
+            listener.put(self._ailment)
         self._listeners.append(listener)
         try:
             yield listener
@@ -126,7 +147,7 @@ class SensorStream:
         device that answers wrongly at once.
         """
         loop = asyncio.get_running_loop()
-        grace_end_s = loop.time() + _RECONNECT_S
+        grace_end_s = loop.time() + self._grace_s
         told = False
         while True:
             if not told and (loop.time() >= grace_end_s or not isinstance(error, TransportError)):
@@ -141,12 +162,14 @@ class SensorStream:
             else:
                 return
 
-    def _publish(self, chunk: Chunk) -> None:
+    def _publish(self, chunk: T) -> None:
         block = self._decode(chunk)
         if block is not None:
+            self._ailment = None
             for listener in self._listeners:
                 listener.put(block)
 
     def _fail(self, error: DriverError) -> None:
+        self._ailment = error
         for listener in self._listeners:
             listener.put(error)

@@ -15,7 +15,7 @@ from drivers.codecs.zaber import (
 )
 from drivers.errors import DeviceFaultError, DriverError, ProtocolError
 from drivers.indexing_table import Check, Fault, IndexingTable, Seen, deg
-from drivers.interfaces import Counters, Identity, Link, MotionLimits, Role, TableState
+from drivers.interfaces import Counters, Identity, Link, MotionLimits, Role, TableState, Transport
 from drivers.zaber_dialogue import ZaberDialogue
 
 _HOMING_SHARE = 0.1  # of the full speed; the approach to the reference is slower
@@ -32,6 +32,7 @@ class Zaber(IndexingTable):
     """
 
     roles: ClassVar[frozenset[Role]] = frozenset({"turntable"})
+    transport: ClassVar[Transport] = "serial"
     baudrate: ClassVar[int] = 115_200
 
     def __init__(self, link: Link) -> None:

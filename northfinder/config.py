@@ -27,8 +27,9 @@ LatitudeDeg = Annotated[float, Field(ge=-90.0, le=90.0), AfterValidator(_observa
 AngleDeg = Annotated[float, Field(ge=-360.0, le=360.0)]
 SigmaDeg = Annotated[float, Field(ge=0.0, le=180.0)]
 #: The bounds of noise are far beyond any instrument; they keep its squares finite.
-GyroNoise = Annotated[float, Field(ge=1e-9, le=1e3)]
-AccelerometerNoise = Annotated[float, Field(ge=1e-12, le=1.0)]
+LEAST_GYRO_NOISE, LEAST_FORCE_NOISE = 1e-9, 1e-12  # deg/sqrt(h), g/sqrt(Hz)
+GyroNoise = Annotated[float, Field(ge=LEAST_GYRO_NOISE, le=1e3)]
+AccelerometerNoise = Annotated[float, Field(ge=LEAST_FORCE_NOISE, le=1.0)]
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 
@@ -68,29 +69,64 @@ class SiteConfig(_Section):
 
 
 class TurntableConfig(_Section):
-    """The table; its angles count counter-clockwise seen from above unless it says otherwise."""
+    """The table; its angles count counter-clockwise seen from above unless it says otherwise.
+
+    A CiA 402 drive's position units per turn need only be given where it does not tell them.
+    """
 
     driver: str = "zaber"
     link: str = "sim:"
     angle_sigma_deg: SigmaDeg = 0.001
     positive_direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
+    units_per_turn: Annotated[float, Field(gt=0.0, le=1e12)] | None = None
 
 
-class GyroConfig(_Section):
-    """The gyro and the axis of it that lies in the table's plane."""
+class _SensorConfig(_Section):
+    """Where a sensor is and how it sits on the table.
 
-    driver: str = "kvh"
+    A sensor of driver ``dbc`` needs a file, a message, and the names of the signals in it. The
+    file lies beside the rig.toml, or is one of those that come with the program.
+    """
+
+    driver: str
     link: str = "sim:"
     axis: Axis = "x"
     mount_angle_deg: AngleDeg = 0.0
     mount_angle_sigma_deg: SigmaDeg = 0.0
+    file: str | None = None
+    message: str | None = None
+    signal: str | None = None
+    counter: str | None = None
+    status: str | None = None
+    checksum: str | None = None
+    checksum_kind: Literal["sae_j1850", "autosar"] | None = None
+
+    @property
+    def dbc_names(self) -> dict[str, str]:
+        """Return the names that are read in the file, by what they are."""
+        return self.model_dump(include=_DBC_NAMES, exclude_none=True)
+
+    @property
+    def dbc_keys(self) -> dict[str, str]:
+        """Return all that is said of a DBC file."""
+        return self.model_dump(include={"file", *_DBC_NAMES}, exclude_none=True)
+
+
+_DBC_NAMES = {"message", "signal", "counter", "status", "checksum", "checksum_kind"}
+
+
+class GyroConfig(_SensorConfig):
+    """The gyro and the axis of it that lies in the table's plane."""
+
+    driver: str = "kvh"
     scale_factor_sigma_ppm: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    accept_coarse_scale: bool = False
     noise_deg_sqrt_h: GyroNoise | None = None
     bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
     drift_curvature_sigma_deg_h3: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
 
 
-class AccelerometerConfig(_Section):
+class AccelerometerConfig(_SensorConfig):
     """The accelerometer: an instrument of its own, or the gyro's (``from = "gyro"``).
 
     What the gyro's section says of driver, link, axis and mounting then holds here too, unless
@@ -98,11 +134,8 @@ class AccelerometerConfig(_Section):
     """
 
     driver: str = "stim300"
-    link: str = "sim:"
     source: Annotated[Literal["gyro"] | None, Field(alias="from")] = None
     axis: Axis = "y"
-    mount_angle_deg: AngleDeg = 0.0
-    mount_angle_sigma_deg: SigmaDeg = 0.0
     noise_g_sqrt_hz: AccelerometerNoise | None = None
 
 
@@ -153,6 +186,12 @@ class RigConfig(_Section):
     @model_validator(mode="after")
     def _one_instrument_in_two_roles(self) -> Self:
         gyro, accelerometer = self.gyro, self.accelerometer
+        if accelerometer.source == "gyro" and gyro.driver == "dbc":
+            msg = (
+                '[accelerometer] from = "gyro": a signal of a DBC file is one axis: give the'
+                " accelerometer a message and a signal of its own"
+            )
+            raise ValueError(msg)
         ours, theirs = (accelerometer.driver, accelerometer.link), (gyro.driver, gyro.link)
         if accelerometer.source == "gyro" and ours != theirs:
             msg = (
@@ -214,6 +253,10 @@ def _read(path: Path) -> Tree:
     database = tree.get("database")
     if isinstance(database, dict) and isinstance(database.get("url"), str):
         database["url"] = _beside(path, database["url"])
+    for section in (tree.get("gyro"), tree.get("accelerometer")):
+        if isinstance(section, dict) and isinstance(section.get("file"), str):
+            beside = path.absolute().parent / section["file"]
+            section["file"] = str(beside) if beside.exists() else section["file"]
     return tree
 
 

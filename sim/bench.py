@@ -66,6 +66,7 @@ class Bench:
     @truth.setter
     def truth(self, truth: Truth) -> None:
         self._truth = truth
+        self._resting: dict[Mounting, tuple[float, FloatArray, FloatArray]] = {}
         # Every burst of every sensor asks: work it out once.
         self._earth_rate_t = truth.earth_rate_t()
         self._specific_force_t = truth.specific_force_t()
@@ -78,18 +79,27 @@ class Bench:
         The rate is the mean over the period that ends at each time: the table's part by its
         angle's difference, so that turning integrates exactly.
         """
-        axes = mounting.body_axes()
         first_s = float(time_s[0]) - period_s
         resting_rad = self.plate.resting_rad(first_s)
         if resting_rad is not None:  # as nearly always: then all samples are the same
-            standing = np.array([self._direction * resting_rad + mounting.angle_rad])
-            rate, force = self._along(standing)
+            rate, force = self._at_rest(mounting, resting_rad)
             count = len(time_s)
-            return np.repeat(rate @ axes.T, count, axis=0), np.repeat(force @ axes.T, count, axis=0)
+            return np.repeat(rate, count, axis=0), np.repeat(force, count, axis=0)
+        axes = mounting.body_axes()
         angle = self._direction * self.plate.angle_rad(np.concatenate([[first_s], time_s]))
         rate, force = self._along((angle[1:] + angle[:-1]) / 2 + mounting.angle_rad)
         rate[:, 2] += (angle[1:] - angle[:-1]) / period_s
         return rate @ axes.T, force @ axes.T
+
+    def _at_rest(self, mounting: Mounting, resting_rad: float) -> tuple[FloatArray, FloatArray]:
+        """Return what a sensor feels while the plate stands, each ``(1, 3)``; asked a lot."""
+        known = self._resting.get(mounting)
+        if known is None or known[0] != resting_rad:
+            axes = mounting.body_axes()
+            standing = np.array([self._direction * resting_rad + mounting.angle_rad])
+            rate, force = self._along(standing)
+            known = self._resting[mounting] = resting_rad, rate @ axes.T, force @ axes.T
+        return known[1:]
 
     def _along(self, angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Resolve Earth rate and gravity along (right, sensing, up) at each angle, ``(k, 3)``."""

@@ -1,14 +1,20 @@
-"""What goes wrong on a wire: bytes lost, changed, late, or none at all."""
+"""What goes wrong on a wire: bytes or frames lost, changed, late, or none at all."""
 
 import asyncio
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.random import Generator
 
+from drivers.interfaces import CanFrame
 from drivers.links.memory import MemoryLink
-from sim.interfaces import SimulatedDevice
+from drivers.links.memory_can import MemoryBus
+from sim.interfaces import SimulatedNode, Terminal
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True)
@@ -28,6 +34,28 @@ class WireFaults:
     silent: bool = False
 
 
+class _Late(Generic[T]):
+    """Delivers at once, or later in the same order: the delay may shrink meanwhile."""
+
+    def __init__(self, deliver: Callable[[T], None]) -> None:
+        self._deliver = deliver
+        self._waiting: deque[T] = deque()
+        self._due_s = 0.0
+
+    def deliver(self, item: T, delay_s: float) -> None:
+        """Deliver after a delay, and never before what was given earlier."""
+        if not (delay_s or self._waiting):
+            self._deliver(item)
+            return
+        loop = asyncio.get_running_loop()
+        self._due_s = max(self._due_s, loop.time() + delay_s)
+        self._waiting.append(item)
+        loop.call_at(self._due_s, self._deliver_oldest)  # timers of one moment fire in any order
+
+    def _deliver_oldest(self) -> None:
+        self._deliver(self._waiting.popleft())
+
+
 class FaultyWire:
     """Connects a device to a link in memory, and does what the faults say.
 
@@ -37,13 +65,12 @@ class FaultyWire:
         random: Seeded; decides which bytes are hit.
     """
 
-    def __init__(self, name: str, device: SimulatedDevice, random: Generator) -> None:
+    def __init__(self, name: str, device: Terminal, random: Generator) -> None:
         self.faults = WireFaults()
         self.link = MemoryLink(name, self._to_device)
         self._device = device
         self._random = random
-        self._late: deque[bytes] = deque()
-        self._due_s = 0.0
+        self._late = _Late(self.link.deliver)
         device.connect(self._to_client)
 
     def _to_device(self, data: bytes) -> None:
@@ -53,21 +80,7 @@ class FaultyWire:
     def _to_client(self, data: bytes) -> None:
         if self.faults.silent:
             return
-        arrived = self._damaged(data)
-        if self.faults.delay_s or self._late:
-            self._deliver_late(arrived)
-        else:
-            self.link.deliver(arrived)
-
-    def _deliver_late(self, arrived: bytes) -> None:
-        """Keep the order: timers due at one moment fire in any, and the delay may shrink."""
-        loop = asyncio.get_running_loop()
-        self._due_s = max(self._due_s, loop.time() + self.faults.delay_s)
-        self._late.append(arrived)
-        loop.call_at(self._due_s, self._deliver_oldest)
-
-    def _deliver_oldest(self) -> None:
-        self.link.deliver(self._late.popleft())
+        self._late.deliver(self._damaged(data), self.faults.delay_s)
 
     def _damaged(self, data: bytes) -> bytes:
         if not (self.faults.drop_per_byte or self.faults.corrupt_per_byte):
@@ -78,3 +91,46 @@ class FaultyWire:
         array[corrupt] ^= flips[corrupt]
         kept = self._random.random(len(array)) >= self.faults.drop_per_byte
         return array[kept].tobytes()
+
+
+class FaultyTap:
+    """Connects a node to a bus, and does what the faults say.
+
+    A frame of which any byte is hit is lost: its checksum fails, and that counts as an error.
+
+    Args:
+        bus: The bus.
+        node: The device.
+        random: Seeded; decides which frames are hit.
+    """
+
+    def __init__(self, bus: MemoryBus, node: SimulatedNode, random: Generator) -> None:
+        self.faults = WireFaults()
+        self._bus = bus
+        self._node = node
+        self._random = random
+        self._late = _Late(self._put)
+        bus.attach(self._to_node, node.wants)
+        node.connect(self._to_bus)
+
+    def _to_node(self, frame: CanFrame) -> None:
+        if not self.faults.silent:
+            self._node.receive_frame(frame)
+
+    def _to_bus(self, frame: CanFrame) -> None:
+        if self.faults.silent:
+            return
+        if self._is_hit(frame):
+            self._bus.error_frames += 1
+            return
+        self._late.deliver(frame, self.faults.delay_s)
+
+    def _put(self, frame: CanFrame) -> None:
+        self._bus.put(frame, self._to_node)
+
+    def _is_hit(self, frame: CanFrame) -> bool:
+        drop, corrupt = self.faults.drop_per_byte, self.faults.corrupt_per_byte
+        if not (drop or corrupt):
+            return False
+        intact = ((1.0 - drop) * (1.0 - corrupt)) ** max(1, len(frame.data))
+        return bool(self._random.random() >= intact)

@@ -1,9 +1,9 @@
 """The seams of the simulation: what a simulated device is, and what it feels."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
-from drivers.interfaces import FloatArray
+from drivers.interfaces import CanFrame, FloatArray, Transport
 
 
 class Felt(NamedTuple):
@@ -52,14 +52,38 @@ class TableMechanism(Protocol):
         """Begin to decelerate."""
 
 
-class SimulatedDevice(Protocol):
-    """An instrument's side of a wire: bytes in, bytes out, on the running loop's time."""
+class SimulatedNode(Protocol):
+    """An instrument on a CAN bus: frames in, frames out, on the running loop's time."""
+
+    transport: ClassVar[Transport]
+
+    def connect(self, send: Callable[[CanFrame], None]) -> None:
+        """Send every frame through ``send`` from now on."""
+
+    def wants(self, frame: CanFrame) -> bool:
+        """Say whether frames of this identifier are for it, now or ever."""
+
+    def receive_frame(self, frame: CanFrame) -> None:
+        """Take a frame off the bus, whoever it is for."""
+
+    async def run(self) -> None:
+        """Live from power-up until cancelled."""
+
+
+class Terminal(Protocol):
+    """The far side of a serial line: bytes in, bytes out."""
 
     def connect(self, send: Callable[[bytes], None]) -> None:
         """Send every answer and sample through ``send`` from now on."""
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the client, cut anywhere."""
+
+
+class SimulatedDevice(Terminal, Protocol):
+    """An instrument on a serial line, on the running loop's time."""
+
+    transport: ClassVar[Transport]
 
     async def run(self) -> None:
         """Live from power-up until cancelled."""

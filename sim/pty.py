@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
-from sim.interfaces import SimulatedDevice
+from sim.interfaces import Terminal
 
 if sys.platform != "win32":
     import termios  # noqa: TID251 (this module is where ptys live)
@@ -23,7 +23,7 @@ _BACKLOG_BYTES = 1 << 14  # beyond the kernel's own tens of kilobytes
 
 
 @contextlib.asynccontextmanager
-async def serve_on_pty(device: SimulatedDevice) -> AsyncIterator[str]:
+async def serve_on_pty(device: Terminal) -> AsyncIterator[str]:
     """Put a device at the far end of a pseudo-terminal; whoever made it runs it.
 
     Yields:
@@ -70,7 +70,7 @@ def _open_raw() -> Iterator[_PtyPair]:
 class _PtyPort:
     """The device's end: bytes to and from it, on the running loop."""
 
-    def __init__(self, pair: _PtyPair, device: SimulatedDevice) -> None:
+    def __init__(self, pair: _PtyPair, device: Terminal) -> None:
         self._pair = pair
         self._device = device
         self._backlog = bytearray()

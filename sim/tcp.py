@@ -6,13 +6,13 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import cast
 
-from sim.interfaces import SimulatedDevice
+from sim.interfaces import Terminal
 
 _BACKLOG_BYTES = 1 << 20  # of a client that stopped reading; the rest is overrun, as on a port
 
 
 @asynccontextmanager
-async def serve_on_tcp(device: SimulatedDevice) -> AsyncIterator[str]:
+async def serve_on_tcp(device: Terminal) -> AsyncIterator[str]:
     """Serve a device on a free port of the loopback interface; yields its pyserial URL.
 
     One client at a time has the device, the last that came, as a serial port has one wire.
@@ -54,7 +54,7 @@ class _Socket:
 
 
 class _Connection(Protocol):
-    def __init__(self, device: SimulatedDevice, socket: _Socket) -> None:
+    def __init__(self, device: Terminal, socket: _Socket) -> None:
         self._device = device
         self._socket = socket
 

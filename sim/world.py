@@ -3,19 +3,22 @@
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
-from drivers.links.memory import MemoryLink
+from drivers.interfaces import CanLink, Link
+from drivers.links.can_port import CanPort
+from drivers.links.memory_can import MemoryBus
 from sim.bench import Bench, BenchSensor, Mounting
-from sim.faults import FaultyWire, WireFaults
-from sim.interfaces import Sensing, SimulatedDevice, TableMechanism
+from sim.faults import FaultyTap, FaultyWire, WireFaults
+from sim.interfaces import Sensing, SimulatedDevice, SimulatedNode, TableMechanism
 from sim.motion import Plate
 from sim.noise import NoiseLevels
 from sim.truth import Truth
 
-SensorFactory = Callable[[Sensing], SimulatedDevice]
-TableFactory = Callable[[TableMechanism], SimulatedDevice]
+SensorFactory = Callable[[Sensing], SimulatedDevice | SimulatedNode]
+TableFactory = Callable[[TableMechanism], SimulatedDevice | SimulatedNode]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +43,16 @@ class WorldSettings:
 
 
 class World:
-    """Devices that share one bench; each is reached by a link in memory, or served elsewhere."""
+    """Devices that share one bench; each is reached by a link in memory, or served elsewhere.
+
+    Attributes:
+        plate: The table's.
+        bench: What it stands on.
+        sensors: By role.
+        devices: Those with a serial line, by role.
+        nodes: Those on the CAN bus, by role.
+        can: The bus.
+    """
 
     def __init__(self, settings: WorldSettings) -> None:
         self._settings = settings
@@ -52,12 +64,15 @@ class World:
         self.bench = Bench(settings.truth, self.plate, clockwise=settings.clockwise)
         self.sensors: dict[str, BenchSensor] = {}
         self.devices: dict[str, SimulatedDevice] = {}
+        self.nodes: dict[str, SimulatedNode] = {}
+        self.can = MemoryBus("sim:can")
         self._wires: dict[str, FaultyWire] = {}
+        self._taps: dict[str, FaultyTap] = {}
         self._tasks: list[asyncio.Task[None]] = []
 
     def add_table(self, name: str, factory: TableFactory) -> None:
         """Put a motor under the plate."""
-        self.devices[name] = factory(self.plate)
+        self._add(name, factory(self.plate))
 
     def add_sensor(self, name: str, factory: SensorFactory, mounting: Mounting) -> None:
         """Bolt a sensor to the plate; each has noise of its own."""
@@ -65,19 +80,40 @@ class World:
         settings = self._settings
         sensor = BenchSensor(self.bench, mounting, settings.gyro, settings.accelerometer, random)
         self.sensors[name] = sensor
-        self.devices[name] = factory(sensor)
+        self._add(name, factory(sensor))
 
-    def link(self, name: str) -> MemoryLink:
+    def _add(self, name: str, device: SimulatedDevice | SimulatedNode) -> None:
+        if device.transport == "can":
+            self.nodes[name] = cast("SimulatedNode", device)
+        else:
+            self.devices[name] = cast("SimulatedDevice", device)
+
+    @property
+    def roles(self) -> list[str]:
+        """Return the names of all devices."""
+        return [*self.devices, *self.nodes]
+
+    def link(self, name: str) -> Link:
         """Connect a device by a wire in memory, and return the client's end."""
-        wire = FaultyWire(
-            f"sim:{name}", self.devices[name], np.random.default_rng(self._seeds.pop(0))
-        )
+        random = np.random.default_rng(self._seeds.pop(0))
+        wire = FaultyWire(f"sim:{name}", self.devices[name], random)
         self._wires[name] = wire
         return wire.link
 
+    def can_link(self, name: str) -> CanLink:
+        """Put a node on the bus, and return a part of the bus for its driver."""
+        self.put_on_bus(name)
+        return CanPort(self.can)
+
+    def put_on_bus(self, name: str) -> None:
+        """Put a node on the bus, for whoever is there."""
+        random = np.random.default_rng(self._seeds.pop(0))
+        self._taps[name] = FaultyTap(self.can, self.nodes[name], random)
+
     def faults(self, name: str) -> WireFaults:
         """Return the faults of a device's wire; set them at any time."""
-        return self._wires[name].faults
+        wires: dict[str, FaultyWire | FaultyTap] = {**self._wires, **self._taps}
+        return wires[name].faults
 
     def change(self, truth: Truth, gyro: NoiseLevels, accelerometer: NoiseLevels) -> None:
         """Set the bench down elsewhere, or let its sensors err otherwise, while they run."""
@@ -90,7 +126,7 @@ class World:
         """Power every device up."""
         self._tasks = [
             asyncio.create_task(device.run(), name=f"simulated {name}")
-            for name, device in self.devices.items()
+            for name, device in (self.devices | self.nodes).items()
         ]
 
     async def stop(self) -> None:

@@ -13,7 +13,7 @@ import pytest
 from drivers.errors import DeviceFaultError, LinkTimeoutError, TransportError
 from northfinder.errors import ConfigError
 from northfinder.procedures.events import Event
-from northfinder.procedures.north_seek import run
+from northfinder.procedures.north_seek import Plan, predict, run
 from northfinder.procedures.north_seek_json import north_seek_json
 from northfinder.rig import JsonObject, Rig, Simulation
 from northfinder.units import DEG, DEG_PER_HOUR, STANDARD_GRAVITY_M_S2
@@ -236,3 +236,19 @@ def test_a_process_that_stalls_fails_nothing_on_a_paced_rig() -> None:
 
     with asyncio.Runner(loop_factory=event_loop(config, math.inf)) as runner:
         assert runner.run(session()) == [0, 0]
+
+
+@pytest.mark.parametrize("noise", [0.0, 5e-324, 1e-9, 1e3])
+def test_a_run_can_be_predicted_whatever_the_noise_is_set_to(noise: float) -> None:
+    config = config_of()
+
+    async def predicted_sigma_rad() -> float:
+        async with build_rig(config) as rig:
+            assert rig.simulation is not None
+            accelerometer_g = min(noise, 1.0)
+            rig.simulation.change(
+                {"gyro_noise_deg_sqrt_h": noise, "accel_noise_g_sqrt_hz": accelerometer_g}
+            )
+            return predict(Plan(), rig).sigma_rad
+
+    assert virtually(config, predicted_sigma_rad()) > 0.0

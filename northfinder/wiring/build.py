@@ -5,14 +5,22 @@ from dataclasses import replace
 from functools import partial
 from typing import cast
 
-from drivers.interfaces import InertialSensor, Instrument, Link, Role, Turntable
+from drivers.interfaces import CanLink, InertialSensor, Instrument, Link, Role, Turntable
 from drivers.links.serial import SerialLink
-from northfinder.config import RigConfig
+from northfinder.config import LEAST_FORCE_NOISE, LEAST_GYRO_NOISE, RigConfig
 from northfinder.errors import ConfigError
 from northfinder.plugins import load_driver
-from northfinder.ports import SIMULATED, AnySection, check_ports, links, shares_the_gyros_port
+from northfinder.ports import (
+    SIMULATED,
+    AnySection,
+    check_ports,
+    is_can,
+    links,
+    shares_the_gyros_port,
+)
 from northfinder.rig import Rig, SensingAxis
 from northfinder.units import DEG_PER_SQRT_HOUR
+from northfinder.wiring.can import CanBuses, can_settings, check_dbc
 from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.world import SimulatedWorld, build_world
 from sim.bench import Mounting
@@ -28,16 +36,16 @@ def build_rig(config: RigConfig) -> Rig:
     """
     config = with_latitude(config)
     check_ports(config)
-    world = build_world(config) if SIMULATED in links(config) else None
-    turntable = cast("Turntable", _instrument("turntable", config.turntable, world))
-    gyro = cast("InertialSensor", _instrument("gyro", config.gyro, world))
+    world = build_world(config, SIMULATED.__eq__) if SIMULATED in links(config) else None
+    buses = CanBuses()
+    turntable = cast("Turntable", _instrument("turntable", config, world, buses))
+    gyro = cast("InertialSensor", _instrument("gyro", config, world, buses))
     if shares_the_gyros_port(config):
         load_driver("accelerometer", config.gyro.driver)
         _check_axes_of_one_body(config)
         accelerometer = gyro
     else:
-        section = config.accelerometer
-        accelerometer = cast("InertialSensor", _instrument("accelerometer", section, world))
+        accelerometer = cast("InertialSensor", _instrument("accelerometer", config, world, buses))
     simulation = None if world is None else SimulatedWorld(world, config)
     rig = Rig(
         config,
@@ -97,14 +105,31 @@ def _check_axes_of_one_body(config: RigConfig) -> None:
     raise ConfigError(msg)
 
 
-def _instrument(role: Role, section: AnySection, world: World | None) -> Instrument:
+def _instrument(role: Role, config: RigConfig, world: World | None, buses: CanBuses) -> Instrument:
+    section: AnySection = getattr(config, role)
     driver = load_driver(role, section.driver)
-    link: Link
-    if section.link == SIMULATED and world is not None:
-        link = world.link(role)
-    else:
-        link = SerialLink(section.link, driver.baudrate)
-    return cast("Instrument", driver(link))
+    check_dbc(role, section, config)
+    if driver.transport == "can":
+        settings = can_settings(role, section, config)
+        return cast(
+            "Instrument", driver.configured(_bus(role, section.link, world, buses), settings)
+        )
+    if is_can(section.link):
+        msg = f"[{role}] link = {section.link!r}: the driver {section.driver!r} is not for CAN"
+        raise ConfigError(msg)
+    return cast("Instrument", driver(_line(role, section.link, world, driver.baudrate)))
+
+
+def _line(role: Role, link: str, world: World | None, baudrate: int) -> Link:
+    if link == SIMULATED and world is not None:
+        return world.link(role)
+    return SerialLink(link, baudrate)
+
+
+def _bus(role: Role, link: str, world: World | None, buses: CanBuses) -> CanLink:
+    if link == SIMULATED and world is not None:
+        return world.can_link(role)
+    return buses.port(role, link)
 
 
 def _axis(axis: str) -> tuple[int, float]:
@@ -116,7 +141,7 @@ def _gyro_noise(config: RigConfig, gyro: InertialSensor) -> float:
     simulated_deg_sqrt_h = config.simulation.gyro_noise_deg_sqrt_h
     if config.gyro.noise_deg_sqrt_h is not None:
         return config.gyro.noise_deg_sqrt_h * DEG_PER_SQRT_HOUR
-    if config.gyro.link == SIMULATED and simulated_deg_sqrt_h > 0.0:
+    if config.gyro.link == SIMULATED and simulated_deg_sqrt_h >= LEAST_GYRO_NOISE:
         return simulated_deg_sqrt_h * DEG_PER_SQRT_HOUR
     return gyro.noise.angle_random_walk_rad_sqrt_s
 
@@ -125,6 +150,6 @@ def _accelerometer_noise(config: RigConfig, accelerometer: InertialSensor) -> fl
     if config.accelerometer.noise_g_sqrt_hz is not None:
         return config.accelerometer.noise_g_sqrt_hz
     simulated_g_sqrt_hz = config.simulation.accel_noise_g_sqrt_hz
-    if config.accelerometer.link == SIMULATED and simulated_g_sqrt_hz > 0.0:
+    if config.accelerometer.link == SIMULATED and simulated_g_sqrt_hz >= LEAST_FORCE_NOISE:
         return simulated_g_sqrt_hz
     return accelerometer.noise.force_noise_g_sqrt_s

@@ -53,7 +53,7 @@ class WorldFaults:
     def to_json(self) -> dict[str, JsonObject]:
         """Return the faults of each device, the turntable's angles in degrees."""
         return {
-            device: self._present(device).model_dump(mode="json") for device in self._world.devices
+            device: self._present(device).model_dump(mode="json") for device in self._world.roles
         }
 
     def set(self, device: str, given: Mapping[str, Any]) -> None:
@@ -62,8 +62,8 @@ class WorldFaults:
         Raises:
             ConfigError: No such device or fault, or out of its limits; nothing has changed then.
         """
-        if device not in self._world.devices:
-            simulated = ", ".join(self._world.devices)
+        if device not in self._world.roles:
+            simulated = ", ".join(self._world.roles)
             msg = f"faults: device = {device!r}: simulated are {simulated}"
             raise ConfigError(msg)
         present = self._present(device)

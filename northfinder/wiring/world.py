@@ -3,14 +3,14 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from drivers.interfaces import Role
-from northfinder.config import AccelerometerConfig, GyroConfig, RigConfig, SimulationConfig
+from northfinder.config import AccelerometerConfig, RigConfig, SimulationConfig, TurntableConfig
 from northfinder.errors import ConfigError
 from northfinder.plugins import load_simulated
-from northfinder.ports import SIMULATED
+from northfinder.ports import sections
 from northfinder.rig import JsonObject
 from northfinder.units import DEG, DEG_PER_HOUR, DEG_PER_HOUR_PER_HOUR, DEG_PER_SQRT_HOUR
 from northfinder.validation import validated
+from northfinder.wiring.can import check_dbc, simulated
 from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.faults import WorldFaults
 from sim.bench import Mounting
@@ -21,21 +21,21 @@ from sim.world import World, WorldSettings
 _FIXED = ("seed", "speed")  # what the world was made from, and the time it lives in
 
 
-def build_world(config: RigConfig) -> World:
-    """Make the world of the configuration's simulated devices."""
+def build_world(config: RigConfig, is_simulated: Callable[[str], bool]) -> World:
+    """Make the world of the instruments whose link is simulated."""
+    config = with_latitude(config)
     world = World(_settings(config))
-    if config.turntable.link == SIMULATED:
-        world.add_table("turntable", load_simulated("turntable", config.turntable.driver))
-    if config.gyro.link == SIMULATED:
-        _add_sensor(world, "gyro", config.gyro)
-    if config.accelerometer.link == SIMULATED and config.accelerometer.source is None:
-        _add_sensor(world, "accelerometer", config.accelerometer)
+    for role, section in sections(config):
+        check_dbc(role, section, config)
+        if not is_simulated(section.link):
+            continue
+        kind = simulated(role, load_simulated(role, section.driver), section, config)
+        if isinstance(section, TurntableConfig):
+            world.add_table(role, kind)
+        elif not (isinstance(section, AccelerometerConfig) and section.source):
+            mounting = Mounting(section.axis, section.mount_angle_deg * DEG)
+            world.add_sensor(role, kind, mounting)
     return world
-
-
-def _add_sensor(world: World, role: Role, section: GyroConfig | AccelerometerConfig) -> None:
-    mounting = Mounting(section.axis, section.mount_angle_deg * DEG)
-    world.add_sensor(role, load_simulated(role, section.driver), mounting)
 
 
 def _settings(config: RigConfig) -> WorldSettings:

@@ -2,13 +2,14 @@
 
 import asyncio
 from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 import numpy as np
 
 from drivers.codecs.kvh import FrameBlock, OutputFormat, encode_bit, encode_frames
 from drivers.codecs.kvh_bit import BitResult
 from drivers.codecs.kvh_commands import CommandDecoder, encode_reply
-from drivers.interfaces import FloatArray
+from drivers.interfaces import FloatArray, Transport
 from sim.devices.kvh_settings import KvhSettings
 from sim.interfaces import Sensing
 from sim.pacing import bursts
@@ -44,6 +45,8 @@ class SimulatedKvh:
         settings: What is stored now.
         failed_tests: What the built-in test finds, by the ICD's numbers.
     """
+
+    transport: ClassVar[Transport] = "serial"
 
     def __init__(
         self,

@@ -4,6 +4,7 @@ import asyncio
 import math
 from collections.abc import Callable
 from enum import Enum, auto
+from typing import ClassVar
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from drivers.codecs.stim300_utility import (
     decode_command,
     encode_utility,
 )
-from drivers.interfaces import FloatArray, IntArray
+from drivers.interfaces import FloatArray, IntArray, Transport
 from sim.interfaces import Felt, Sensing
 from sim.pacing import bursts
 
@@ -63,6 +64,8 @@ class SimulatedStim300:
         startup_s: How long the status tells of the start-up; a recorded instrument took 0.28 s.
         burst_s: Time between deliveries.
     """
+
+    transport: ClassVar[Transport] = "serial"
 
     def __init__(
         self,

@@ -3,6 +3,7 @@
 import asyncio
 import re
 from collections.abc import Callable, Mapping
+from typing import ClassVar
 
 from drivers.codecs.zaber import (
     MESSAGE_IDS,
@@ -15,6 +16,7 @@ from drivers.codecs.zaber import (
     ZaberDecoder,
     encode,
 )
+from drivers.interfaces import Transport
 from sim.devices.zaber_axis import MICROSTEPS_PER_TURN, Axis
 from sim.interfaces import TableMechanism
 
@@ -44,6 +46,8 @@ class SimulatedZaber:
         address: Device number on the chain.
         serial_number: What ``get system.serial`` answers.
     """
+
+    transport: ClassVar[Transport] = "serial"
 
     def __init__(
         self, mechanism: TableMechanism, *, address: int = 1, serial_number: int = 77261

@@ -228,6 +228,8 @@ def test_another_device_in_its_place_is_refused() -> None:
             rig.spoil = lambda data: [data.replace(b"IS,1", b"IS,2")]
             rig.power_on()
             async with gyro.listen() as listener:
+                with pytest.raises(LinkTimeoutError, match="has been silent"):
+                    await listener.next(0.0)
                 with pytest.raises(ProtocolError, match="KVH 2 answers where 1 was"):
                     await listener.next(10.0)
                 with pytest.raises(LinkTimeoutError, match="no valid sample"):

@@ -221,7 +221,11 @@ def test_bring_up_may_fail_thousands_of_times_before_it_succeeds() -> None:
         rig.link.plug_in()
         await asyncio.sleep(2000 * 0.25)
         async with rig.stream.listen() as listener:
+            with pytest.raises(LinkTimeoutError, match="no answer"):
+                await listener.next(1.0)
             await listener.next(1.0)
+        async with rig.stream.listen() as listener:
+            await listener.next(1.0)  # and nobody is told any more
 
     in_virtual_time(scenario)
 

@@ -8,6 +8,7 @@ from typing import TypeVar
 import pytest
 
 from drivers.errors import DeviceFaultError, LinkTimeoutError, ProtocolError
+from drivers.indexing_table import NO_REFERENCE
 from drivers.links.memory import MemoryLink
 from drivers.zaber import Zaber
 from sim.clock import run_virtual
@@ -124,7 +125,7 @@ def test_homing_that_ends_without_a_reference_is_a_fault() -> None:
             ("/1 1 get pos", reply("-5", "IDLE WR")),
             use=lambda table: table.home(),
         )
-    assert raised.value.code == "WR"
+    assert raised.value.code == NO_REFERENCE
 
 
 @pytest.mark.parametrize(

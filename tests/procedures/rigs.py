@@ -24,13 +24,17 @@ Meanwhile = Callable[[World, Event], None]
 
 @dataclass(slots=True)
 class Outcome:
-    """What came of a run; ``at_rest`` is the plate's, asked as soon as the run had ended."""
+    """What came of a run; ``at_rest`` is the plate's, asked as soon as the run had ended.
+
+    ``ended_s`` is when that was, in loop time.
+    """
 
     result: JsonObject | None
     error: BaseException | None
     events: list[Event]
     lasted_s: float
     at_rest: bool
+    ended_s: float
 
     @property
     def completed(self) -> JsonObject:
@@ -49,8 +53,15 @@ def config_of(**sections: dict[str, Any]) -> RigConfig:
 
 
 def virtually(config: RigConfig, main: Coroutine[Any, Any, T]) -> T:
+    results: list[T] = []
+
+    async def keep() -> None:
+        # asyncio.Runner puts what its task returns into a message that nobody sees: half a second.
+        results.append(await main)
+
     with asyncio.Runner(loop_factory=event_loop(config, math.inf)) as runner:
-        return runner.run(main)
+        runner.run(keep())
+    return results[0]
 
 
 def world_of(rig: Rig) -> World:
@@ -84,8 +95,9 @@ async def _seek(config: RigConfig, plan: Plan, meanwhile: Meanwhile) -> Outcome:
             result = north_seek_json(await run(rig, plan, emit))
         except Exception as failure:  # noqa: BLE001 - the test says what it should have been
             error = failure
-        lasted_s = loop.time() - began_s
-        return Outcome(result, error, events, lasted_s, world.plate.end_s <= loop.time())
+        ended_s = loop.time()
+        at_rest = world.plate.end_s <= ended_s
+        return Outcome(result, error, events, ended_s - began_s, at_rest, ended_s)
 
 
 def sigmas_off(result: JsonObject, azimuth_deg: float) -> float:

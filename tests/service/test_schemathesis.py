@@ -51,6 +51,7 @@ class Stage:
 
     def __init__(self, service: ServiceProcess) -> None:
         self._service = service
+        self._world = service.api.get("/rig/simulation").json()
         self._run_ids = itertools.cycle([self._completed(), self._failed(), self._aborted(), None])
         self._figures = itertools.cycle(FIGURES)
         self.asked = 0
@@ -62,6 +63,8 @@ class Stage:
         self.asked += 1
         if case.path.endswith("/faults"):
             self._service.api.delete("/rig/simulation/faults")
+        elif case.path.endswith("/simulation"):  # a world that errs without bound finds no north
+            self._service.api.patch("/rig/simulation", json=self._world)
 
     def _prepare(self, case: Case) -> None:
         """Name a run that exists in a valid request, and let a new run find the rig free."""

@@ -2,11 +2,12 @@
 
 import asyncio
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from drivers.interfaces import FloatArray
+from drivers.interfaces import FloatArray, Transport
 from sim.bench import Mounting
 from sim.clock import run_virtual
 from sim.interfaces import Sensing
@@ -18,6 +19,8 @@ from sim.world import World, WorldSettings
 
 class Reporter:
     """Sends what it senses as plain numbers, ten times a second; a command breaks it."""
+
+    transport: ClassVar[Transport] = "serial"
 
     def __init__(self, sensing: Sensing) -> None:
         self._sensing = sensing

@@ -1,0 +1,1 @@
+"""The device side of CANopen: object dictionary, process data, network management."""

@@ -1,0 +1,5 @@
+"""Tests on a real SocketCAN bus: collected only under `tests/vcan/run`, which provides one."""
+
+import os
+
+collect_ignore_glob = [] if os.environ.get("NORTHFINDER_VCAN") else ["test_*.py"]
