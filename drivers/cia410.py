@@ -195,6 +195,7 @@ class Cia410:
     async def _hear_it(self) -> None:
         while self._values(await self._first()) is None:
             pass
+        self._sync.count_from_here()
 
     async def _first(self) -> CanArrivals:
         try:

@@ -88,8 +88,9 @@ class Dbc:
     @property
     def identity(self) -> Identity:
         """Return the message that is heard: a DBC instrument does not say who it is."""
-        sender = "" if self._sender is None else f"sender {self._sender}"
-        return Identity("DBC", self._decoder.name, sender or "unknown")
+        known = self._decoder.is_j1939 and self._sender is not None
+        sender = f"address {self._sender}" if known else "unknown"
+        return Identity("DBC", self._decoder.name, sender)
 
     @property
     def counters(self) -> Counters:

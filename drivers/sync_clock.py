@@ -33,9 +33,12 @@ class SyncClock:
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
-        """Begin to send; answers to what was sent before count no more."""
-        self._answered = self._ticks - 1
+        """Begin to send."""
         self._task = asyncio.create_task(self._send(), name=f"SYNC for {self._node.name}")
+
+    def count_from_here(self) -> None:
+        """Miss no answer to what was sent until now."""
+        self._answered = self._ticks - 1
 
     async def stop(self) -> None:
         """Send no more."""

@@ -118,19 +118,18 @@ class FaultyTap:
             self._node.receive_frame(frame)
 
     def _to_bus(self, frame: CanFrame) -> None:
-        if self.faults.silent:
+        faults = self.faults
+        if faults.silent:
             return
-        if self._is_hit(frame):
+        if (faults.drop_per_byte or faults.corrupt_per_byte) and self._is_hit(frame):
             self._bus.error_frames += 1
             return
-        self._late.deliver(frame, self.faults.delay_s)
+        self._late.deliver(frame, faults.delay_s)
 
     def _put(self, frame: CanFrame) -> None:
         self._bus.put(frame, self._to_node)
 
     def _is_hit(self, frame: CanFrame) -> bool:
-        drop, corrupt = self.faults.drop_per_byte, self.faults.corrupt_per_byte
-        if not (drop or corrupt):
-            return False
-        intact = ((1.0 - drop) * (1.0 - corrupt)) ** max(1, len(frame.data))
+        intact_byte = (1.0 - self.faults.drop_per_byte) * (1.0 - self.faults.corrupt_per_byte)
+        intact = intact_byte ** max(1, len(frame.data))
         return bool(self._random.random() >= intact)

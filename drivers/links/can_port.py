@@ -104,13 +104,15 @@ class CanPort:
         self.filters = tuple(filters)
         self._passing.clear()
 
-    def receive(self, frame: CanFrame, arrival_s: float | None = None) -> None:
-        """Take a frame off the bus; without a time it has arrived now."""
-        if self._inbox is None or not self.wants(frame):
-            return
-        if arrival_s is None:
-            arrival_s = asyncio.get_running_loop().time()
-        self._inbox.put(frame, arrival_s)
+    def receive(self, frame: CanFrame, arrival_s: float) -> None:
+        """Take a frame that the filters let through."""
+        if self._inbox is not None and self.wants(frame):
+            self._inbox.put(frame, arrival_s)
+
+    def take(self, frame: CanFrame) -> None:
+        """Take a frame that is wanted, now."""
+        if self._inbox is not None:
+            self._inbox.put(frame, asyncio.get_running_loop().time())
 
     def fail(self, error: TransportError) -> None:
         """Fail the pending read and every later call until the link is opened again."""

@@ -59,46 +59,49 @@ class MemoryBus:
         if self._failure is not None:
             raise self._failure
         self._ports.append(port)
-        self.attach(port.receive, port.wants)
+        self.attach(port.take, port.wants)
 
     async def leave(self, port: CanPort) -> None:
         """See :meth:`Bus.leave`."""
         self._ports.remove(port)
-        self.detach(port.receive)
+        self.detach(port.take)
 
     def send(self, frame: CanFrame, sender: CanPort) -> None:
         """See :meth:`Bus.send`."""
-        self.put(frame, sender.receive)
+        self.put(frame, sender.take)
 
     def put(self, frame: CanFrame, sender: Receive) -> None:
         """Put a frame on the bus; an answer that it provokes comes after it, for everyone."""
         if self._failure is not None:
             return
-        self._waiting.append((frame, sender))
         if self._handing_over:
+            self._waiting.append((frame, sender))
             return
         self._handing_over = True
         try:
+            self._hand_over(frame, sender)
             while self._waiting:
-                sent, its_sender = self._waiting.popleft()
-                for receive in self._interested_in(sent):
-                    if receive != its_sender:
-                        receive(sent)
+                self._hand_over(*self._waiting.popleft())
         finally:
             self._handing_over = False
 
+    def _hand_over(self, frame: CanFrame, sender: Receive) -> None:
+        interested = self._interested.get((frame.can_id, frame.extended))
+        for receive in self._interested_in(frame) if interested is None else interested:
+            if receive != sender:
+                receive(frame)
+
     def _interested_in(self, frame: CanFrame) -> list[Receive]:
         """Return who wants frames of this identifier; worked out once for each."""
-        key = frame.can_id, frame.extended
-        if key not in self._interested:
-            if len(self._interested) >= _REMEMBERED:
-                self._interested.clear()
-            self._interested[key] = [
-                receive
-                for receive, wants in self._participants.items()
-                if wants is None or wants(frame)
-            ]
-        return self._interested[key]
+        if len(self._interested) >= _REMEMBERED:
+            self._interested.clear()
+        interested = [
+            receive
+            for receive, wants in self._participants.items()
+            if wants is None or wants(frame)
+        ]
+        self._interested[frame.can_id, frame.extended] = interested
+        return interested
 
     def fail(self, reason: str) -> None:
         """Take the bus away from every driver: its pending read and every later call fail."""

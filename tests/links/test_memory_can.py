@@ -88,7 +88,7 @@ def test_a_port_that_is_not_open_hears_nothing_and_says_so() -> None:
         with pytest.raises(TransportError, match="sim:can is not open"):
             await port.write(CanFrame(1))
         await sender.write(CanFrame(1))
-        port.receive(CanFrame(2))
+        port.take(CanFrame(2))
         port.fail(TransportError("never mind"))
         await port.open()
         await port.close()
@@ -120,7 +120,7 @@ def test_a_bus_that_fails_fails_every_port_until_each_is_opened_again() -> None:
                 await port.write(CanFrame(2))
             with pytest.raises(TransportError, match="bus-off"):
                 await port.open()
-        bus.put(CanFrame(3), ports[0].receive)
+        bus.put(CanFrame(3), ports[0].take)
         bus.mend()
         for port in ports:
             await port.open()

@@ -36,19 +36,34 @@ _MOVING_S, _DWELLING_S = 1.0, 4.0
 DWELLING = Plan(positions=4, dwell_s=8, settle_s=0.1)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed", [*range(3), *(pytest.param(n, marks=pytest.mark.proof) for n in range(3, 20))]
-)
-def test_a_can_rig_finds_north(seed: int) -> None:
-    begun_s = time.perf_counter()
+def _find_north(seed: int) -> None:
     result = seek(Plan(), **CAN, simulation={"seed": seed}).completed
-    assert time.perf_counter() - begun_s < 6.0
     assert sigmas_off(result, 48.0) < 4.0
     assert sum(visit["lost"] for visit in result["visits"]) == 0
     assert [check["name"] for check in result["checks"] if check["status"] == "fail"] == []
     assert result["tilt"]["pitch_deg"] == pytest.approx(0.8, abs=0.001)
     assert result["tilt"]["roll_deg"] == pytest.approx(-0.5, abs=0.001)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_a_can_rig_finds_north(seed: int) -> None:
+    _find_north(seed)
+
+
+@pytest.mark.proof
+@pytest.mark.timeout(400)
+def test_twenty_can_rigs_find_north_in_six_seconds_each(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    durations_s = []
+    for seed in range(20):
+        begun_s = time.perf_counter()
+        _find_north(seed)
+        durations_s.append(time.perf_counter() - begun_s)
+    with capsys.disabled():
+        print(f"\n20 CAN rigs, {max(durations_s):.1f} s at most")  # noqa: T201
+    assert max(durations_s) < 6.0
 
 
 @pytest.mark.parametrize(
