@@ -34,6 +34,7 @@ check: .venv/installed-dev
 proof: .venv/installed-dev system-packages
 	$(BIN)/northfinder bench --require
 	$(PYTEST) -m proof
+	tests/vcan/run $(PYTEST) -m proof tests/can
 
 system-packages:
 	tests/install-system-packages

@@ -15,7 +15,8 @@ from drivers.codecs.canopen import (
     decode_heartbeat,
     encode_nmt,
 )
-from drivers.codecs.sdo import Abort, Aborted, Entry, Transfer, describe_abort
+from drivers.codecs.sdo import Abort, Aborted, Entry, describe_abort
+from drivers.codecs.sdo_client import Transfer
 from drivers.errors import DriverError, LinkTimeoutError, RefusedError, TransportError
 from drivers.interfaces import CanArrivals, CanFilter, CanFrame, CanLink, Counters
 from drivers.links.inbox import FrameInbox

@@ -51,6 +51,7 @@ _TRANSITION_S = 2.0  # a drive that releases its brake takes half a second
 _POLL_S = 0.01
 _STALE_S = 0.2  # for so long a statusword may still be that of the motion before
 _STANDING_DEG_S = 0.02  # a servo that holds its place trembles
+_FEWEST_UNITS = 36_000  # one is 0.01 deg, as near as a move must come to its target
 _HOMING_SHARE = 0.1  # of the full speed, where the drive does not say
 _HOMED = Status.HOMING_ATTAINED | Status.TARGET_REACHED
 
@@ -136,6 +137,12 @@ class Cia402(IndexingTable):
 
     async def _read_scale(self) -> float:
         units_per_turn = self._units_per_turn or await read_units_per_turn(self._node)
+        if units_per_turn < _FEWEST_UNITS:
+            msg = (
+                f"The drive at {self._node.name} counts {units_per_turn:g} position units per turn:"
+                f" too coarse to tell where the table stands. Take {_FEWEST_UNITS} or more."
+            )
+            raise ProtocolError(msg)
         return units_per_turn / (2 * math.pi)
 
     async def _read_limits(self) -> None:

@@ -1,9 +1,10 @@
 """A CiA 410 inclinometer as accelerometer: its slopes are turned into specific force.
 
 After every SYNC the device sends both slopes of one moment. The driver produces the SYNC. Where
-the bus has a producer already, or the device knows no synchronous PDO, it sends by its own timer.
+the bus has another producer, or the device knows no synchronous PDO, it sends by its own timer.
 """
 
+import asyncio
 import contextlib
 from contextlib import AbstractAsyncContextManager
 from typing import ClassVar, Self
@@ -75,6 +76,7 @@ class Cia410:
         self._by_arrival: ArrivalAccount | None = None  # where it sends by its timer
         self._mapping: tuple[Mapped, Mapped] | None = None
         self._unit_rad = 0.0
+        self._heard_sync = False
         self._identity: Identity | None = None
         self._malformed = 0
         self._stream = SensorStream(
@@ -163,10 +165,11 @@ class Cia410:
         self._unit_rad = unit_rad(await self._node.number(RESOLUTION))
         self._mapping = await self._slopes()
         await self._have_it_send(self._mapping)
-        await self._node.command(NmtCommand.START)
-        if self._by_arrival is None:
-            self._sync.start()
         await self._hear_it()
+        if self._by_arrival is None and self._heard_sync:  # somebody began in the same moment
+            await self._sync.stop()
+            await self._have_it_send_by_timer(self._mapping)
+            await self._hear_it()
 
     async def _slopes(self) -> tuple[Mapped, Mapped]:
         """Return the finer pair of objects that the device has."""
@@ -181,6 +184,9 @@ class Cia410:
             with contextlib.suppress(RefusedError):
                 await self._setup.apply(mapping, EVERY_SYNC, None)
                 return
+        await self._have_it_send_by_timer(mapping)
+
+    async def _have_it_send_by_timer(self, mapping: tuple[Mapped, Mapped]) -> None:
         await self._setup.apply(mapping, BY_EVENT, round(1000 * _PERIOD_S))
         self._by_arrival = ArrivalAccount(None, _PERIOD_S, self._counters)
         self._by_arrival.restart()
@@ -193,24 +199,34 @@ class Cia410:
         return any(frame.can_id == SYNC for frame in arrivals.frames)
 
     async def _hear_it(self) -> None:
-        while self._values(await self._first()) is None:
-            pass
+        """Start it and wait for its slopes; note whether somebody else sends SYNC too."""
+        self._heard_sync = False
+        await self._node.command(NmtCommand.START)
+        if self._by_arrival is None:
+            self._sync.start()
+        deadline_s = asyncio.get_running_loop().time() + _PATIENCE_S
+        while self._decode(await self._first()) is None:  # by it, the account begins
+            if asyncio.get_running_loop().time() > deadline_s:  # somebody's SYNC comes, no answer
+                raise self._mute()
         self._sync.count_from_here()
 
     async def _first(self) -> CanArrivals:
         try:
             return await self._node.read(_PATIENCE_S)
         except LinkTimeoutError:
-            msg = (
-                f"The {self._node.name} answers, but sends no slopes. Check the transmission type"
-                " and the identifier of its first PDO (1800h)."
-            )
-            raise LinkTimeoutError(msg) from None
+            raise self._mute() from None
+
+    def _mute(self) -> LinkTimeoutError:
+        return LinkTimeoutError(
+            f"The {self._node.name} answers, but sends no slopes. Check the transmission type"
+            " and the identifier of its first PDO (1800h)."
+        )
 
     def _values(self, arrivals: CanArrivals) -> tuple[IntArray, list[float]] | None:
         """Return the slopes in counts, shape ``(k, 2)``, and their arrivals; None without any."""
         counts, times_s = [], []
         for frame, time_s in zip(*arrivals, strict=True):
+            self._heard_sync |= frame.can_id == SYNC
             if frame.can_id != self._pdo or self._mapping is None:
                 continue
             values = decode_pdo(self._mapping, frame.data)

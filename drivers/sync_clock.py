@@ -11,11 +11,17 @@ from drivers.codecs.canopen import SYNC
 from drivers.errors import DriverError
 from drivers.interfaces import CanFrame, Counters, FloatArray, IntArray
 
-_KEPT = 1000  # an answer so late belongs to nothing
+_KEPT = 1000
+_LATEST_S = 0.3  # an answer so late belongs to no SYNC any more
+_SURE = 10  # answers in a row; a computer that was held up catches up before
 
 
 class SyncClock:
     """Sends SYNC at a steady rate, and tells which one an answer belongs to.
+
+    A device answers in order, and its answer may come after the next SYNC was sent: so each
+    belongs to the oldest SYNC that has none. Where answers lag behind and do not catch up, some
+    were lost.
 
     Args:
         node: Who answers.
@@ -30,6 +36,7 @@ class SyncClock:
         self._sent: deque[float] = deque(maxlen=_KEPT)
         self._ticks = 0
         self._answered = -1
+        self._behind: deque[int] = deque(maxlen=_SURE)
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -54,21 +61,32 @@ class SyncClock:
 
         A second answer to one SYNC keeps its number; whoever listens sees time stand still.
         """
-        newest = len(self._sent) - 1
-        places = [self._before(time_s, newest) for time_s in arrivals_s]
-        sent_s = [self._sent[place] for place in places]
-        tick = np.array(places, np.int64) + (self._ticks - 1 - newest)
-        self._counters.frames += len(tick)
-        self._counters.lost += max(0, int(tick[-1]) - self._answered - len(tick))
-        self._answered = max(self._answered, int(tick[-1]))
-        return tick, np.array(sent_s)
+        ticks = [self._answer(time_s) for time_s in arrivals_s]
+        self._counters.frames += len(ticks)
+        return np.array(ticks, np.int64), np.array([self._sent_s(tick) for tick in ticks])
 
-    def _before(self, time_s: float, newest: int) -> int:
-        """Return the place of the last SYNC that was not sent later: nearly always the newest."""
-        place = newest
-        while place > 0 and self._sent[place] > time_s:
-            place -= 1
-        return place
+    def _answer(self, time_s: float) -> int:
+        """Return the number of the SYNC that an answer belongs to; those left out are lost."""
+        newest = self._ticks - 1
+        tick = max(self._answered + 1, self._ticks - len(self._sent))
+        while tick < newest and time_s - self._sent_s(tick) > _LATEST_S:
+            tick += 1
+        self._behind.append(self._sent_between(tick, time_s))
+        if len(self._behind) == _SURE and min(self._behind) > 0:
+            tick += min(self._behind)
+            self._behind.clear()
+        tick = min(tick, newest)
+        self._counters.lost += max(0, tick - self._answered - 1)
+        self._answered = max(self._answered, tick)
+        return tick
+
+    def _sent_between(self, tick: int, time_s: float) -> int:
+        """Return how many SYNCs after this one had been sent by a time."""
+        newer = range(tick + 1, self._ticks)
+        return next((n for n, one in enumerate(newer) if self._sent_s(one) > time_s), len(newer))
+
+    def _sent_s(self, tick: int) -> float:
+        return self._sent[tick - self._ticks]
 
     async def _send(self) -> None:
         """Send at even times; a loop that was held up leaves out what it missed."""
@@ -81,4 +99,4 @@ class SyncClock:
                 self._sent.append(now_s)
                 self._ticks += 1
                 await self._node.send(CanFrame(SYNC))
-                due_s += self._period_s * max(1.0, (now_s - due_s) // self._period_s)
+                due_s += self._period_s * (1 + round((now_s - due_s) / self._period_s))

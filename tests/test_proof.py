@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from northfinder.cli.bench import MEASUREMENTS, bench
+from northfinder.proof.can_load import can_load
 from northfinder.proof.figure import Figure
 from northfinder.proof.serial_load import serial_load
 from northfinder.proof.statistics import cramer_rao, linear_drift, solver_agreement
@@ -22,6 +23,12 @@ def test_the_estimators_keep_what_is_promised(measure: Callable[[], Iterator[Fig
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_both_sensors_at_full_rate_through_real_ptys_lose_nothing() -> None:
     lost, _processor = serial_load(duration_s=3.0)
+    assert lost.met, lost
+
+
+@pytest.mark.slow
+def test_both_can_sensors_at_full_rate_on_one_bus_lose_nothing() -> None:
+    lost, _processor = can_load(duration_s=3.0)
     assert lost.met, lost
 
 

@@ -7,6 +7,7 @@ used.
 
 import asyncio
 import contextlib
+import socket
 import threading
 import time
 from collections.abc import Mapping
@@ -21,6 +22,8 @@ from drivers.links.can_port import CanPort
 _WAIT_S = 0.05
 _BURST_S = 0.005
 _BURST_FRAMES = 2000
+_BUFFER_BYTES = 1 << 22
+_SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
 _SEND_S = 0.1
 _JITTER_S = 1.0  # beyond it an interface's timestamps are not the system's time
 
@@ -124,10 +127,12 @@ class CanBus:
 
     def _open_bus(self) -> can.BusABC:
         try:
-            return can.Bus(interface=self._interface, channel=self._channel, **self._options)
+            bus = can.Bus(interface=self._interface, channel=self._channel, **self._options)
         except _OPENING_ERRORS as error:
             msg = f"{self.name} cannot be opened ({error}); check interface and link"
             raise TransportError(msg) from error
+        _enlarge_buffer(bus)
+        return bus
 
     async def _close(self) -> None:
         bus, reader = self._bus, self._reader
@@ -189,6 +194,16 @@ class CanBus:
         self._failed = True
         for port in self._ports:
             port.fail(TransportError(f"{self.name} {reason}"))
+
+
+def _enlarge_buffer(bus: can.BusABC) -> None:
+    """Let the kernel keep what a busy computer has not read yet; its usual is a quarter second."""
+    raw = getattr(bus, "socket", None)
+    if isinstance(raw, socket.socket):
+        for option in (_SO_RCVBUFFORCE, socket.SO_RCVBUF):  # the first is root's
+            with contextlib.suppress(OSError):
+                raw.setsockopt(socket.SOL_SOCKET, option, _BUFFER_BYTES)
+                return
 
 
 def _burst(bus: can.BusABC) -> list[can.Message]:

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from northfinder.proof.can_load import can_load
 from northfinder.proof.figure import Figure
 from northfinder.proof.measurements import harmonic_fit, kvh_decoding, whole_seek
 from northfinder.proof.serial_load import serial_load
@@ -22,6 +23,7 @@ MEASUREMENTS = {
     "harmonic-fit": harmonic_fit,
     "whole-seek": whole_seek,
     "serial-load": serial_load,
+    "can-load": can_load,
     "service-load": service_load,
 }
 

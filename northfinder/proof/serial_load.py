@@ -33,7 +33,7 @@ async def _load(duration_s: float) -> tuple[int, float]:
         ]
         try:
             start_s, start_cpu_s = time.perf_counter(), time.process_time()
-            counts = await asyncio.gather(*(_count(sensor, duration_s) for sensor in sensors))
+            counts = await asyncio.gather(*(count_lost(sensor, duration_s) for sensor in sensors))
             elapsed_s = time.perf_counter() - start_s
             share = (time.process_time() - start_cpu_s) / elapsed_s
         finally:
@@ -42,7 +42,7 @@ async def _load(duration_s: float) -> tuple[int, float]:
     return sum(counts), share
 
 
-async def _count(sensor: InertialSensor, duration_s: float) -> int:
+async def count_lost(sensor: InertialSensor, duration_s: float) -> int:
     """Listen for that much device time, and return how many of its samples did not come."""
     expected, came, first = round(duration_s / sensor.sample_period_s), 0, None
     async with sensor.listen() as listener:

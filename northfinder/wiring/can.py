@@ -67,6 +67,15 @@ def can_settings(role: Role, section: AnySection, config: RigConfig) -> CanSetti
     return CanSettings(node=given, column=column, gravity_g=config.site.gravity_g, dbc=dbc)
 
 
+def tells_its_node(settings: CanSettings) -> bool:
+    """Say whether an instrument's frames carry its node: those of a plain DBC message do not."""
+    if settings.node is None or settings.dbc is None:
+        return settings.node is not None
+    from drivers.codecs.dbc import DbcDecoder  # noqa: PLC0415 - cantools takes 0.3 s
+
+    return DbcDecoder.configured(settings).is_j1939
+
+
 def check_dbc(role: Role, section: AnySection, config: RigConfig) -> None:
     """Refuse a DBC signal of the wrong kind or too coarse, and DBC keys of another driver.
 

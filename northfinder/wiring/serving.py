@@ -9,7 +9,8 @@ from drivers.links.can_port import CanPort
 from northfinder.config import RigConfig
 from northfinder.errors import ConfigError
 from northfinder.ports import SIMULATED, CanAddress, is_can, sections
-from northfinder.wiring.can import can_settings
+from northfinder.wiring.can import can_settings, tells_its_node
+from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.world import build_world
 from sim.can_bridge import bridged
 from sim.interfaces import Terminal
@@ -41,6 +42,7 @@ async def serve_simulation(
     Raises:
         ConfigError: There is nothing to serve, no bus for the CAN instruments, or no such bus.
     """
+    config = with_latitude(config)
     world = build_world(config, partial(_is_served, can))
     if not world.roles:
         msg = 'no link of this configuration is "sim:": there is nothing to serve'
@@ -92,8 +94,8 @@ async def _serve_nodes(
 def _node(config: RigConfig, role: str) -> str:
     for name, section in sections(config):
         if name == role:
-            node = can_settings(name, section, config).node
-            return "" if node is None else f":node={node}"
+            settings = can_settings(name, section, config)
+            return f":node={settings.node}" if tells_its_node(settings) else ""
     return ""
 
 

@@ -7,7 +7,8 @@ from configparser import RawConfigParser
 from dataclasses import dataclass
 
 from drivers.codecs.pdo import signed
-from drivers.codecs.sdo import Abort, AccessError, Entry
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError
 
 _VISIBLE_STRING = 0x0009
 #: Bytes of each kind of number, and whether it has a sign (CiA 301, table 44).

@@ -16,7 +16,8 @@ from drivers.codecs.canopen import (
     encode_emergency,
     encode_heartbeat,
 )
-from drivers.codecs.sdo import Abort, AccessError, Entry, SdoServer
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError, SdoServer
 from drivers.interfaces import CanFrame
 from sim.canopen.dictionary import ObjectDictionary
 from sim.canopen.pdos import ProcessData

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Container
 
 from drivers.codecs.pdo import BY_EVENT, INVALID, MOST_BITS, Mapped, decode_pdo, encode_pdo
-from drivers.codecs.sdo import Abort, AccessError, Entry
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError
 from drivers.interfaces import CanFrame
 from sim.canopen.dictionary import ObjectDictionary
 from sim.canopen.timers import Timers

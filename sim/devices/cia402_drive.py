@@ -23,7 +23,8 @@ from drivers.codecs.cia402 import (
     State,
     Status,
 )
-from drivers.codecs.sdo import Abort, AccessError, Entry
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError
 from sim.canopen.dictionary import ObjectDictionary
 from sim.devices.cia402_motor import (
     HERE,

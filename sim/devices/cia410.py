@@ -19,7 +19,8 @@ from drivers.codecs.cia410 import (
     unit_rad,
 )
 from drivers.codecs.pdo import Mapped
-from drivers.codecs.sdo import Abort, AccessError, Entry
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError
 from drivers.interfaces import CanSettings
 from sim.canopen.dictionary import ObjectDictionary
 from sim.canopen.node import SimulatedNode

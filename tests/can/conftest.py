@@ -2,4 +2,4 @@
 
 import os
 
-collect_ignore_glob = [] if os.environ.get("NORTHFINDER_VCAN") else ["test_*.py"]
+collect_ignore_glob = [] if os.environ.get("VCAN_TESTS") else ["test_*.py"]

@@ -2,13 +2,9 @@
 
 import asyncio
 import gc
-import shutil
-import subprocess
 import time
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import IO
 
 import pytest
 
@@ -16,51 +12,26 @@ from drivers.errors import LinkTimeoutError, TransportError
 from drivers.interfaces import CanFilter, CanFrame
 from drivers.links.can import CanBus
 from drivers.links.can_port import CanPort
+from tests.can.onlookers import (
+    BUS_OFF,
+    CHANNEL,
+    ERROR_WARNING,
+    SOON_S,
+    candump,
+    cansend,
+    ip_link,
+    kernel_filters,
+    received,
+)
 
-CHANNEL = "vcan0"
-SOON_S = 2.0
 WANTED = 0x181
 RATE_HZ, FOREIGN_PER_WANTED, SECONDS = 1000, 5, 2
-#: linux/can/error.h: an error frame, class bus-off.
-BUS_OFF = "20000040#0000000000000000"
-#: The same, a controller that has had a hundred errors: no reason to give up.
-ERROR_WARNING = "20000004#0004000000000000"
-
-RECEIVERS = Path("/proc/net/can/rcvlist_all")
-FILTERED = Path("/proc/net/can/rcvlist_fil")
-RECEIVED = Path(f"/sys/class/net/{CHANNEL}/statistics/rx_packets")
-
-
-def ip_link(state: str) -> None:
-    ip = shutil.which("ip") or "/usr/sbin/ip"
-    subprocess.run([ip, "link", "set", CHANNEL, state], check=True)
-
-
-def cansend(frame: str) -> None:
-    subprocess.run(["cansend", CHANNEL, frame], check=True)  # noqa: S607 -- wherever it is
 
 
 async def until(condition: Callable[[], bool]) -> None:
     async with asyncio.timeout(SOON_S):
         while not condition():  # noqa: ASYNC110 -- the kernel does not tell
             await asyncio.sleep(0.005)
-
-
-@contextmanager
-def candump(*options: str) -> Iterator[IO[str]]:
-    """Look on as candump does; it has subscribed once the kernel lists another receiver."""
-    before = RECEIVERS.read_text().count(CHANNEL)
-    command = ["candump", "-L", *options, CHANNEL]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as looking:
-        try:
-            deadline_s = time.monotonic() + SOON_S
-            while RECEIVERS.read_text().count(CHANNEL) == before:
-                assert time.monotonic() < deadline_s
-                time.sleep(0.005)
-            assert looking.stdout is not None
-            yield looking.stdout
-        finally:
-            looking.kill()
 
 
 def on_vcan(session: Callable[[CanPort], Awaitable[None]], *filters: CanFilter) -> None:
@@ -77,16 +48,6 @@ def on_vcan(session: Callable[[CanPort], Awaitable[None]], *filters: CanFilter) 
             await port.close()
 
     asyncio.run(run())
-
-
-def kernel_filters() -> dict[tuple[str, str], str]:
-    """Return how many frames each (identifier, mask) has let through, as the kernel lists them."""
-    rows = [row.split() for row in FILTERED.read_text().splitlines() if CHANNEL in row]
-    return {(row[1], row[2]): row[-2] for row in rows}
-
-
-def received() -> int:
-    return int(RECEIVED.read_text())
 
 
 async def failure_of(pending: Awaitable[object]) -> str:
@@ -130,14 +91,14 @@ def test_filters_are_the_kernels() -> None:
     async def session(port: CanPort) -> None:
         # 80000000h in a mask: standard and extended identifiers are told apart (linux/can.h)
         wanted = [("185", "800007ff"), ("700", "80000780")]
-        assert kernel_filters() == dict.fromkeys(wanted, "0")
+        assert kernel_filters() == dict.fromkeys(wanted, 0)
         for line in ("184#01", "185#02", "00000185#03", "7FF#04", "680#05", "705#05"):
             cansend(line)
         got: list[CanFrame] = []
         while len(got) < 2:
             got += (await port.read(SOON_S)).frames
         assert got == [CanFrame(0x185, b"\x02"), CanFrame(0x705, b"\x05")]
-        assert kernel_filters() == dict.fromkeys(wanted, "1")
+        assert kernel_filters() == dict.fromkeys(wanted, 1)
 
     on_vcan(session, CanFilter(0x185, 0x7FF), CanFilter(0x700, 0x780))
 

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from nmea2000.decoder import NMEA2000Decoder
 
 import drivers
-from drivers.codecs.dbc import DbcDecoder, Field, SignalChoice
+from drivers.codecs.dbc import DbcDecoder, SignalChoice
+from drivers.codecs.dbc_field import Field
 from drivers.interfaces import CanFilter, CanFrame, CanSettings
 
 SHIPPED = Path(drivers.__file__).parent / "dbc_files"

@@ -9,16 +9,9 @@ from canopen.objectdictionary import ODVariable, datatypes
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.codecs.sdo import (
-    Abort,
-    Aborted,
-    AccessError,
-    Entry,
-    SdoServer,
-    Transfer,
-    describe_abort,
-    encode_abort,
-)
+from drivers.codecs.sdo import Abort, Aborted, Entry, describe_abort, encode_abort
+from drivers.codecs.sdo_client import Transfer
+from drivers.codecs.sdo_server import AccessError, SdoServer
 
 NODE = 5
 DEVICE_TYPE, NAME, HEARTBEAT_TIME = Entry(0x1000), Entry(0x1008), Entry(0x1017)

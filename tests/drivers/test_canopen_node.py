@@ -8,7 +8,8 @@ import pytest
 from drivers.canopen_node import CanopenNode
 from drivers.codecs.canopen import Emergency, NmtCommand, NmtState, encode_emergency
 from drivers.codecs.canopen import encode_heartbeat as beat
-from drivers.codecs.sdo import Abort, AccessError, Entry, SdoServer
+from drivers.codecs.sdo import Abort, Entry
+from drivers.codecs.sdo_server import AccessError, SdoServer
 from drivers.errors import (
     DriverError,
     LinkTimeoutError,

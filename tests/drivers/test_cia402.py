@@ -13,7 +13,8 @@ import pytest
 from drivers.cia402 import Cia402
 from drivers.codecs.canopen import NmtCommand, encode_nmt
 from drivers.codecs.cia402 import CONTROLWORD, MODE, TARGET_POSITION, Command
-from drivers.codecs.sdo import Entry, Transfer
+from drivers.codecs.sdo import Entry
+from drivers.codecs.sdo_client import Transfer
 from drivers.errors import DeviceFaultError, LinkTimeoutError, ProtocolError, TransportError
 from drivers.indexing_table import LATE, NO_REFERENCE, SHORT, STOPPED
 from drivers.interfaces import CanFrame, TableState

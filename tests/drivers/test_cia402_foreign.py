@@ -338,7 +338,8 @@ def test_a_fault_amid_a_move_is_told_in_words_and_may_be_resumed(absent: set[int
         move = asyncio.create_task(table.move_to(math.radians(300.0)))
         await until_beyond_ten(drive)
         drive.fail(0x4310)  # CiA 402-2, table 19: excess temperature of the drive
-        with pytest.raises(DeviceFaultError, match=r"The table reports 4310h \(drive too hot\), at 1\d"):
+        words = r"The table reports 4310h \(drive too hot\), at 1\d"
+        with pytest.raises(DeviceFaultError, match=words):
             await move
         assert drive.state != "fault"
         state = await table.move_to(math.radians(5.0))

@@ -2,42 +2,62 @@
 
 import asyncio
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from functools import partial
+from typing import NamedTuple
 
-from drivers.errors import LinkTimeoutError
 from drivers.links.can import CanBus
 from drivers.links.can_port import CanPort
+from drivers.links.memory_can import MemoryBus
+from sim.can_bridge import bridged
 from sim.canopen.node import SimulatedNode
+from sim.pty import serve_on_pty
+from sim.slcan import SlcanAdapter
+
+
+class Served(NamedTuple):
+    """Nodes that live.
+
+    Attributes:
+        client: What python-can, and so ``canopen``, is given to get to them.
+        in_their_thread: Carries a function out in the nodes' thread, and waits for it.
+    """
+
+    client: dict[str, object]
+    in_their_thread: Callable[..., None]
 
 
 @contextmanager
-def serving(interface: str, channel: str, *nodes: SimulatedNode) -> Iterator[Callable[..., None]]:
+def serving(interface: str, channel: str, *nodes: SimulatedNode) -> Iterator[Served]:
     """Run nodes on a bus, in a thread of its own, until the block ends.
 
     Args:
-        interface: One of python-can's: ``virtual``, ``socketcan``, ``slcan``.
-        channel: Which one: a name of its own, ``vcan0``, a pseudo-terminal.
+        interface: One of python-can's: ``virtual``, ``socketcan``; ``slcan`` is an adapter on a
+            pseudo-terminal.
+        channel: Which one: a name of its own, ``vcan0``, ``pty``.
         nodes: They must not have been started.
-
-    Yields:
-        What carries a function out in the nodes' thread, and waits for it.
     """
     loop = asyncio.new_event_loop()
     ready, stop = threading.Event(), asyncio.Event()
+    clients: list[dict[str, object]] = []
     ends: list[BaseException] = []
 
-    def live() -> None:
+    async def live() -> None:
+        bus = MemoryBus("nodes")
+        async with AsyncExitStack() as stack:
+            clients.append(await stack.enter_async_context(_outside(bus, interface, channel)))
+            await stack.enter_async_context(_living(bus, nodes))
+            ready.set()
+            await stop.wait()
+
+    def run() -> None:
         try:
             with asyncio.Runner(loop_factory=lambda: loop) as runner:
-                runner.run(_live(CanBus(interface, channel, {}), nodes, ready, stop))
+                runner.run(live())
         except BaseException as error:  # noqa: BLE001 -- raised again in the test's thread
             ends.append(error)
             ready.set()
-
-    thread = threading.Thread(target=live, name="simulated nodes")
-    thread.start()
-    ready.wait()
 
     def carry_out(function: Callable[..., object], *arguments: object) -> None:
         async def call() -> None:
@@ -45,9 +65,12 @@ def serving(interface: str, channel: str, *nodes: SimulatedNode) -> Iterator[Cal
 
         asyncio.run_coroutine_threadsafe(call(), loop).result(5.0)
 
+    thread = threading.Thread(target=run, name="simulated nodes")
+    thread.start()
+    ready.wait()
     try:
         if not ends:
-            yield carry_out
+            yield Served(clients[0], carry_out)
     finally:
         if thread.is_alive():
             loop.call_soon_threadsafe(stop.set)
@@ -56,30 +79,27 @@ def serving(interface: str, channel: str, *nodes: SimulatedNode) -> Iterator[Cal
         raise ends[0]
 
 
-async def _live(
-    bus: CanBus, nodes: Sequence[SimulatedNode], ready: threading.Event, stop: asyncio.Event
-) -> None:
+@asynccontextmanager
+async def _outside(
+    bus: MemoryBus, interface: str, channel: str
+) -> AsyncIterator[dict[str, object]]:
+    """Join the nodes' bus to the interface; yields what a client opens."""
+    if interface == "slcan":
+        async with serve_on_pty(SlcanAdapter(bus)) as terminal:
+            options = {"bitrate": 500_000, "sleep_after_open": 0}
+            yield {"interface": "slcan", "channel": terminal, **options}
+    else:
+        async with bridged(bus, CanPort(CanBus(interface, channel, {}))):
+            yield {"interface": interface, "channel": channel}
+
+
+@asynccontextmanager
+async def _living(bus: MemoryBus, nodes: Sequence[SimulatedNode]) -> AsyncIterator[None]:
     async with asyncio.TaskGroup() as group:
-        tasks = []
         for node in nodes:
-            port = CanPort(bus)
-            await port.open()
-            node.connect(lambda frame, port=port: bus.send(frame, port))  # type: ignore[misc]
-            tasks += [group.create_task(_receive(port, node)), group.create_task(node.run())]
-        ready.set()
-        await stop.wait()
+            bus.attach(node.receive_frame, node.wants)
+            node.connect(partial(bus.put, sender=node.receive_frame))
+        tasks = [group.create_task(node.run()) for node in nodes]
+        yield
         for task in tasks:
             task.cancel()
-
-
-async def _receive(port: CanPort, node: SimulatedNode) -> None:
-    try:
-        while True:
-            try:
-                arrivals = await port.read(1.0)
-            except LinkTimeoutError:
-                continue
-            for frame in arrivals.frames:
-                node.receive_frame(frame)
-    finally:
-        await port.close()

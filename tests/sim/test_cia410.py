@@ -20,7 +20,8 @@ from tests.sim.can_serving import serving
 
 Network: TypeAlias = Any  # a canopen.Network: the library is typed in part
 
-CHANNELS = ["virtual:cia410"]  # or socketcan:vcan0, or slcan:/dev/pts/3
+#: tests/can has these tests on a kernel's bus too.
+CHANNELS = ["virtual:cia410", "slcan:pty"]
 #: The body's x axis points 1.234 deg above the horizon, its y axis 2.5 deg below.
 LONGITUDINAL_DEG, LATERAL_DEG = 1.234, -2.5
 
@@ -39,17 +40,22 @@ class Tilted:
 
 
 @pytest.fixture(params=CHANNELS)
-def network(request: pytest.FixtureRequest) -> Iterator[Network]:
+def bus(request: pytest.FixtureRequest) -> tuple[str, str]:
     interface, channel = request.param.split(":", 1)
-    network: Network = canopen.Network()
-    network.connect(interface=interface, channel=channel)
+    return interface, channel
+
+
+@pytest.fixture
+def network(bus: tuple[str, str]) -> Iterator[Network]:
     device = SimulatedCia410(Tilted(LONGITUDINAL_DEG, LATERAL_DEG), 6, 314_159)
-    try:
-        with serving(interface, channel, device):
-            network.add_node(canopen.RemoteNode(6, canopen.import_od(str(DATA_SHEET), 6)))
+    with serving(*bus, device) as served:
+        network: Network = canopen.Network()
+        network.connect(**served.client)
+        network.add_node(canopen.RemoteNode(6, canopen.import_od(str(DATA_SHEET), 6)))
+        try:
             yield network
-    finally:
-        network.disconnect()
+        finally:
+            network.disconnect()
 
 
 def test_it_says_what_it_is_and_reads_slopes_by_sdo(network: Network) -> None:
