@@ -11,7 +11,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import ClassVar, Self
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.drive_scale import read_units_per_turn
+from drivers.canopen.identity import node_of, read_identity, require_profile
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.canopen import NmtCommand, describe_error
 from drivers.codecs.cia402 import (
     CONTROLWORD,
@@ -33,7 +35,6 @@ from drivers.codecs.cia402 import (
     State,
     Status,
 )
-from drivers.drive_scale import read_units_per_turn
 from drivers.errors import DeviceFaultError, DriverError, LinkTimeoutError, ProtocolError
 from drivers.indexing_table import Check, Fault, IndexingTable, Seen, deg
 from drivers.interfaces import (
@@ -45,7 +46,6 @@ from drivers.interfaces import (
     TableState,
     Transport,
 )
-from drivers.node_identity import node_of, read_identity, require_profile
 
 _TRANSITION_S = 2.0  # a drive that releases its brake takes half a second
 _POLL_S = 0.01

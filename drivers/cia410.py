@@ -12,7 +12,10 @@ from typing import ClassVar, Self
 import numpy as np
 
 from drivers.arrival_account import ArrivalAccount
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.identity import node_of, read_identity, require_profile
+from drivers.canopen.node import CanopenNode
+from drivers.canopen.sync_clock import SyncClock
+from drivers.canopen.tpdo_setup import TpdoSetup
 from drivers.codecs.canopen import SYNC, TPDO, NmtCommand
 from drivers.codecs.cia410 import (
     LATERAL_16,
@@ -40,10 +43,7 @@ from drivers.interfaces import (
     SampleBlock,
     Transport,
 )
-from drivers.node_identity import node_of, read_identity, require_profile
 from drivers.stream import SensorStream
-from drivers.sync_clock import SyncClock
-from drivers.tpdo_setup import TpdoSetup
 
 _PERIOD_S = 0.01
 _QUIET_S = 0.05  # in which a SYNC of somebody else would have come

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.canopen import SYNC
 from drivers.errors import DriverError
 from drivers.interfaces import CanFrame, Counters, FloatArray, IntArray

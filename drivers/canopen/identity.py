@@ -1,6 +1,6 @@
 """Which device a CANopen node is (CiA 301, 7.5.2.1 and 7.5.2.18)."""
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.canopen import NODES
 from drivers.codecs.sdo import Entry
 from drivers.errors import ProtocolError

@@ -2,9 +2,9 @@
 
 import pytest
 
+from drivers.canopen.watch import HEARTBEAT_S, NodeWatch
 from drivers.codecs.canopen import NmtState
 from drivers.errors import LinkTimeoutError, ProtocolError, TransportError
-from drivers.node_watch import HEARTBEAT_S, NodeWatch
 
 ALIVE = NmtState.OPERATIONAL
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.canopen import NmtCommand
 from drivers.codecs.pdo import INVALID, Mapped
 from drivers.codecs.sdo import Entry

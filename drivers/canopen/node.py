@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Sequence
 
+from drivers.canopen.watch import HEARTBEAT_S, NodeWatch
 from drivers.codecs.canopen import (
     EMERGENCY,
     HEARTBEAT,
@@ -20,7 +21,6 @@ from drivers.codecs.sdo_client import Transfer
 from drivers.errors import DriverError, LinkTimeoutError, RefusedError, TransportError
 from drivers.interfaces import CanArrivals, CanFilter, CanFrame, CanLink, Counters
 from drivers.links.inbox import FrameInbox
-from drivers.node_watch import HEARTBEAT_S, NodeWatch
 
 _ANSWER_S = 0.5  # CiA 301 names no limit; a drive answers within 20 ms
 _TICK_S = HEARTBEAT_S / 2

@@ -6,11 +6,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
+from drivers.canopen.sync_clock import SyncClock
 from drivers.interfaces import CanFrame, Counters
 from drivers.links.can_port import CanPort
 from drivers.links.memory_can import MemoryBus
-from drivers.sync_clock import SyncClock
 from sim.clock import run_virtual
 
 PERIOD_S = 0.01

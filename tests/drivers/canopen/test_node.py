@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable, Sequence
 
 import pytest
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.canopen import Emergency, NmtCommand, NmtState, encode_emergency
 from drivers.codecs.canopen import encode_heartbeat as beat
 from drivers.codecs.sdo import Abort, Entry

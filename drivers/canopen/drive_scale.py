@@ -1,6 +1,6 @@
 """How many position units of a drive make a turn of the table (CiA 402-2, 8.2)."""
 
-from drivers.canopen_node import CanopenNode
+from drivers.canopen.node import CanopenNode
 from drivers.codecs.cia402 import (
     ENCODER_INCREMENTS,
     ENCODER_TURNS,
