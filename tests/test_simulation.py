@@ -12,6 +12,7 @@ import pytest
 
 from drivers.errors import DeviceFaultError, LinkTimeoutError, TransportError
 from northfinder.errors import ConfigError
+from northfinder.ports import CanAddress
 from northfinder.procedures.events import Event
 from northfinder.procedures.north_seek import Plan, predict, run
 from northfinder.procedures.north_seek_json import north_seek_json
@@ -236,6 +237,39 @@ def test_a_process_that_stalls_fails_nothing_on_a_paced_rig() -> None:
 
     with asyncio.Runner(loop_factory=event_loop(config, math.inf)) as runner:
         assert runner.run(session()) == [0, 0]
+
+
+def test_a_can_rig_is_served_behind_an_adapter_and_each_node_says_where_it_is() -> None:
+    fog = {"driver": "dbc", "file": "northfinder-fog.dbc", "message": "FOG_RATE", "signal": "rate"}
+    config = config_of(turntable={"driver": "cia402"}, gyro=fog, accelerometer={"driver": "cia410"})
+
+    async def links() -> dict[str, str]:
+        async with serve_simulation(config, "tcp", "slcan:tcp") as listening:
+            return {one["role"]: one["link"] for one in listening}
+
+    found = asyncio.run(links())
+    adapter = found["gyro"]
+    assert adapter.startswith("can:slcan:socket://127.0.0.1:")
+    assert found["turntable"] == f"{adapter}:node=5"
+    assert found["accelerometer"] == f"{adapter}:node=6"
+    for role, link in found.items():
+        assert CanAddress.parse(link, role).bus == ("slcan", adapter.removeprefix("can:slcan:"))
+
+
+@pytest.mark.parametrize(
+    ("can", "sentence"),
+    [(None, 'is "sim:": there is nothing'), ("virtual:x", "or on the bus virtual:x: there is")],
+)
+def test_instruments_that_are_elsewhere_are_not_served(can: str | None, sentence: str) -> None:
+    links = {role: {"link": "COM1"} for role in ("turntable", "gyro", "accelerometer")}
+    config = config_of(site={"latitude_deg": 40.0}, **links)
+
+    async def serve() -> None:
+        async with serve_simulation(config, "tcp", can):
+            pass
+
+    with pytest.raises(ConfigError, match=sentence):
+        asyncio.run(serve())
 
 
 @pytest.mark.parametrize("noise", [0.0, 5e-324, 1e-9, 1e3])

@@ -45,7 +45,8 @@ async def serve_simulation(
     config = with_latitude(config)
     world = build_world(config, partial(_is_served, can))
     if not world.roles:
-        msg = 'no link of this configuration is "sim:": there is nothing to serve'
+        where = '"sim:"' if can is None else f'"sim:" or on the bus {can}'
+        msg = f"no link of this configuration is {where}: there is nothing to serve"
         raise ConfigError(msg)
     if world.nodes and can is None:
         names = " and ".join(world.nodes)
