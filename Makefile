@@ -21,7 +21,7 @@ test: check system-packages
 	$(BIN)/coverage run -m pytest $(PURE) -m "not proof and not speed"
 	$(BIN)/coverage report --include='$(PURE_ROOMS)' --fail-under=100
 	$(PYTEST) $(PURE:%=--ignore=%) -m "not proof and not speed"
-	tests/vcan/run $(PYTEST) tests/can
+	tests/vcan/run $(PYTEST) -m "not proof" tests/can
 	$(PYTEST) -m "speed and not proof"
 
 test-quick: .venv/installed-dev
