@@ -17,7 +17,7 @@ from tests.can.onlookers import CHANNEL, cansend, wait_until
 _ROOT = Path(__file__).parents[2]
 _PROGRAM = (sys.executable, "-m", "northfinder")
 #: The gyro's noise, in the simulation and in the client's predictions alike.
-_NOISE_DEG_SQRT_H = 1e-4
+NOISE_DEG_SQRT_H = 1e-4
 _START_S, _RUN_S = 20.0, 60.0
 _HOMING = {(0x6099, 1): 180, (0x6099, 2): 180, (0x609A, 0): 720}  # deg/s, deg/s^2
 _MOVES = {(0x6081, 0): 360, (0x6083, 0): 720}
@@ -62,7 +62,7 @@ def rig(folder: Path, nodes: tuple[int, int] = (5, 6), gyro_address: int | None 
     text = text.replace("can:socketcan:can0", f"can:socketcan:{CHANNEL}")
     for role, node in zip((5, 6), nodes, strict=True):
         text = text.replace(f"{CHANNEL}:node={role}", f"{CHANNEL}:node={node}")
-    text = text.replace('axis = "x"', f'axis = "x"\nnoise_deg_sqrt_h = {_NOISE_DEG_SQRT_H}')
+    text = text.replace('axis = "x"', f'axis = "x"\nnoise_deg_sqrt_h = {NOISE_DEG_SQRT_H}')
     if gyro_address is not None:
         text = text.replace(f'{CHANNEL}"\n', f'{CHANNEL}:node={gyro_address}"\n', 1)
         text = text.replace("northfinder-fog.dbc", "nmea2000-rate-of-turn.dbc")
@@ -76,7 +76,7 @@ def rig(folder: Path, nodes: tuple[int, int] = (5, 6), gyro_address: int | None 
 @contextmanager
 def simulating(rig: Rig, *options: str, fast_moves: bool = True) -> Iterator[subprocess.Popen[str]]:
     """Serve the rig's instruments; its drive is set to home and to move faster than shipped."""
-    noise = ("--sim-gyro-noise", str(_NOISE_DEG_SQRT_H))
+    noise = ("--sim-gyro-noise", str(NOISE_DEG_SQRT_H))
     arguments = ("sim", "--config", str(rig.config), "--can", f"socketcan:{CHANNEL}")
     with _started(*arguments, *noise, *options) as process:
         assert process.stdout is not None

@@ -16,7 +16,7 @@ from northfinder.procedures.north_seek import Plan, run
 from northfinder.procedures.north_seek_json import north_seek_json
 from northfinder.wiring import build_rig, serve_simulation
 from tests.can.onlookers import CHANNEL, received
-from tests.can.rigs import result_of, rig, seeking, simulating
+from tests.can.rigs import NOISE_DEG_SQRT_H, result_of, rig, seeking, simulating
 
 TRUE_DEG = 48.0
 SHORT = ("--order", "sequential", "--json")
@@ -61,8 +61,9 @@ def test_two_rigs_on_one_bus_find_each_its_own_north(tmp_path: Path) -> None:
 
 async def _two_norths(folder: Path) -> list[dict[str, Any]]:
     benches = rig(folder, (5, 6), 35), rig(folder, (15, 16), 36)
+    noise = {"gyro_noise_deg_sqrt_h": NOISE_DEG_SQRT_H}
     configs = [
-        load_config(bench.config, {}, {"simulation": {"azimuth_deg": azimuth_deg}})
+        load_config(bench.config, {}, {"simulation": {"azimuth_deg": azimuth_deg, **noise}})
         for bench, azimuth_deg in zip(benches, (48.0, 251.0), strict=True)
     ]
     async with AsyncExitStack() as stack:
