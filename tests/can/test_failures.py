@@ -11,7 +11,9 @@ from tests.can.onlookers import BUS_OFF, cansend, ip_link
 from tests.can.rigs import Rig, error_of, rig, seeking, simulating, write
 
 PLAN = ("--positions", "4", "--dwell", "0.2")
-NOTICED_S = 2.0
+#: Twice what is promised, for a guest kernel has one processor for all that runs here; the
+#: promise itself is held to in virtual time, by tests/procedures/test_can_rig.py.
+NOTICED_S = 4.0
 
 
 @pytest.fixture(scope="module")
