@@ -185,7 +185,7 @@ class Cia402(IndexingTable):
             code = await self._node.number_if_present(ERROR_CODE)
             if not code:  # not every drive has 603Fh, but an emergency it sends
                 code = self._node.emergency.code if self._node.emergency else 0x1000
-            return _fault(f"{describe_error(code)}", f"{code:04X}h", state)
+            return _fault(describe_error(code), f"{code:04X}h", state)
         enabled = State.of(status) is State.ENABLED
         if enabled and self._mode is Mode.HOMING and status & Status.HOMING_ERROR:
             return _fault("that homing failed", "HOMING", state)

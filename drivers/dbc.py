@@ -177,7 +177,7 @@ class Dbc:
         """
         declared_s = self._decoder.period_s
         if declared_s is None:
-            self._period_s = measured_s if self._period_s is None else self._period_s
+            self._period_s = self._period_s or measured_s
         elif abs(measured_s / declared_s - 1.0) > _TOLERANCE:
             msg = (
                 f"{self._decoder.name} comes every {1000 * measured_s:.3g} ms on {self._link.name},"

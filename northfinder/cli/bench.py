@@ -32,7 +32,7 @@ MEASUREMENTS = {
 @click.argument("name", required=False, type=click.Choice(list(MEASUREMENTS)))
 @click.option("--require", is_flag=True, help="Exit with 1 where a figure is not met.")
 def bench(name: str | None, *, require: bool) -> None:
-    """Measure this machine: one of the measurements, or all of them (about three minutes)."""
+    """Measure this machine: one of the measurements, or all of them (about six minutes)."""
     chosen = [MEASUREMENTS[name]] if name else list(MEASUREMENTS.values())
     figures = [figure for measure in chosen for figure in measure()]
     Console().print(_table(figures))

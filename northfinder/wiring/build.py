@@ -36,6 +36,7 @@ def build_rig(config: RigConfig) -> Rig:
     """
     config = with_latitude(config)
     check_ports(config)
+    check_dbc(config)
     world = build_world(config, SIMULATED.__eq__) if SIMULATED in links(config) else None
     buses = CanBuses()
     turntable = cast("Turntable", _instrument("turntable", config, world, buses))
@@ -108,7 +109,6 @@ def _check_axes_of_one_body(config: RigConfig) -> None:
 def _instrument(role: Role, config: RigConfig, world: World | None, buses: CanBuses) -> Instrument:
     section: AnySection = getattr(config, role)
     driver = load_driver(role, section.driver)
-    check_dbc(role, section, config)
     if driver.transport == "can":
         settings = can_settings(role, section, config)
         return cast(

@@ -10,7 +10,7 @@ from drivers.interfaces import CanLink, CanSettings, Role
 from drivers.links.can_port import Bus, CanPort
 from northfinder.config import RigConfig, TurntableConfig
 from northfinder.errors import ConfigError
-from northfinder.ports import SIMULATED, AnySection, CanAddress
+from northfinder.ports import SIMULATED, AnySection, CanAddress, sections
 
 _SHIPPED = Path(drivers.__file__).parent / "dbc_files"
 #: Node numbers, and the address, of simulated instruments whose link is only ``sim:``.
@@ -76,12 +76,17 @@ def tells_its_node(settings: CanSettings) -> bool:
     return DbcDecoder.configured(settings).is_j1939
 
 
-def check_dbc(role: Role, section: AnySection, config: RigConfig) -> None:
+def check_dbc(config: RigConfig) -> None:
     """Refuse a DBC signal of the wrong kind or too coarse, and DBC keys of another driver.
 
     Raises:
         ConfigError: It is.
     """
+    for role, section in sections(config):
+        _check_dbc(role, section, config)
+
+
+def _check_dbc(role: Role, section: AnySection, config: RigConfig) -> None:
     if isinstance(section, TurntableConfig):
         return
     if section.driver != "dbc":

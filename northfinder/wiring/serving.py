@@ -4,12 +4,14 @@ import sys
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager
 from functools import partial
+from typing import cast
 
+from drivers.interfaces import Role
 from drivers.links.can_port import CanPort
 from northfinder.config import RigConfig
 from northfinder.errors import ConfigError
-from northfinder.ports import SIMULATED, CanAddress, is_can, sections
-from northfinder.wiring.can import can_settings, tells_its_node
+from northfinder.ports import SIMULATED, CanAddress, is_can
+from northfinder.wiring.can import can_settings, check_dbc, tells_its_node
 from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.world import build_world
 from sim.can_bridge import bridged
@@ -43,6 +45,7 @@ async def serve_simulation(
         ConfigError: There is nothing to serve, no bus for the CAN instruments, or no such bus.
     """
     config = with_latitude(config)
+    check_dbc(config)
     world = build_world(config, partial(_is_served, can))
     if not world.roles:
         where = '"sim:"' if can is None else f'"sim:" or on the bus {can}'
@@ -93,11 +96,8 @@ async def _serve_nodes(
 
 
 def _node(config: RigConfig, role: str) -> str:
-    for name, section in sections(config):
-        if name == role:
-            settings = can_settings(name, section, config)
-            return f":node={settings.node}" if tells_its_node(settings) else ""
-    return ""
+    settings = can_settings(cast("Role", role), getattr(config, role), config)
+    return f":node={settings.node}" if tells_its_node(settings) else ""
 
 
 def _entry(config: RigConfig, role: str, link: str) -> dict[str, str]:

@@ -10,7 +10,7 @@ from northfinder.ports import sections
 from northfinder.rig import JsonObject
 from northfinder.units import DEG, DEG_PER_HOUR, DEG_PER_HOUR_PER_HOUR, DEG_PER_SQRT_HOUR
 from northfinder.validation import validated
-from northfinder.wiring.can import check_dbc, simulated
+from northfinder.wiring.can import simulated
 from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.faults import WorldFaults
 from sim.bench import Mounting
@@ -22,11 +22,9 @@ _FIXED = ("seed", "speed")  # what the world was made from, and the time it live
 
 
 def build_world(config: RigConfig, is_simulated: Callable[[str], bool]) -> World:
-    """Make the world of the instruments whose link is simulated."""
-    config = with_latitude(config)
+    """Make the world of the instruments whose link is simulated; the latitude is filled in."""
     world = World(_settings(config))
     for role, section in sections(config):
-        check_dbc(role, section, config)
         if not is_simulated(section.link):
             continue
         kind = simulated(role, load_simulated(role, section.driver), section, config)
