@@ -97,17 +97,17 @@ def test_a_run_that_ended_before_the_page_heard_of_the_rig_is_shown(
     browsing: Browsing, service: ServiceProcess
 ) -> None:
     page = browsing.context().new_page()
-    held: list[Route] = []
+    runs: list[str] = []
 
-    def hold(route: Route) -> None:
-        held.append(route)
+    def run_first(route: Route) -> None:
+        runs.append(service.start())
+        service.wait(runs[0])
+        route.continue_()
 
-    page.route(re.compile("/rig/events$"), hold)
-    show(page, service.address)
-    run_id = service.start()
-    service.wait(run_id)
-    held[0].continue_()
-    wait_for_run(page, run_id, "completed")
+    page.route(re.compile("/rig/events$"), run_first, times=1)
+    with page.expect_response(re.compile("/rig/events$")):
+        show(page, service.address)
+    wait_for_run(page, runs[0], "completed")
 
 
 @pytest.mark.usefixtures("idle")
