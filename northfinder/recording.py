@@ -1,13 +1,15 @@
-"""A north-seek that is kept from its first moment: a visit is durable before the next begins."""
+"""A run that is kept from its first moment: a visit is durable before the next begins."""
 
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
 from typing import Any, Literal
 
+from pydantic import BaseModel
+
 from northfinder import records, software
+from northfinder.errors import ConfigError
 from northfinder.formatting import sentence_of
-from northfinder.procedures import north_seek
 from northfinder.procedures.events import (
     Estimate,
     Event,
@@ -15,16 +17,19 @@ from northfinder.procedures.events import (
     Progress,
     Resumed,
     SegmentOpened,
+    SoFar,
     VisitCompleted,
+    Warned,
 )
 from northfinder.procedures.gate import Gate
+from northfinder.procedures.kinds import PROCEDURES, procedure_of
 from northfinder.procedures.north_seek_json import (
     JsonObject,
     estimate_json,
-    north_seek_json,
     progress_json,
     visit_json,
 )
+from northfinder.procedures.procedure import Predicted
 from northfinder.procedures.visits import Visit
 from northfinder.replay import Past, frame, past_of, plan_of, require_same_bench
 from northfinder.rig import Rig
@@ -36,7 +41,7 @@ _Job = Callable[[], Coroutine[Any, Any, None]]
 
 async def begin(
     rig: Rig,
-    plan: north_seek.Plan,
+    plan: BaseModel,
     writer: records.Writer,
     publish: Publish,
     idempotency: records.Idempotency | None = None,
@@ -47,7 +52,7 @@ async def begin(
         ConfigError: The plan cannot be carried out on this rig.
         RecordsError: It cannot be recorded.
     """
-    prediction = north_seek.predict(plan, rig)
+    prediction = procedure_of(plan).predict(plan, rig)
     run = await writer.create_run(_new_run(rig, prediction, idempotency))
     return RecordedRun(rig, run, prediction.plan, writer, publish, None)
 
@@ -58,11 +63,14 @@ async def resume(
     """Take a failed or interrupted run up again: it is running from now on, nothing moves yet.
 
     Raises:
-        ConfigError: The bench is not configured, or not equipped, as it was.
-        NorthfinderError: The run is no north-seek.
+        ConfigError: The bench is not configured, or not equipped, as it was; or a run of this
+            kind cannot be carried on.
         IllegalStepError: It is in another state by now.
         RecordsError: Its samples are damaged, or the records cannot be used.
     """
+    if not PROCEDURES[run.kind].RESUMABLE:
+        msg = f"run {run.id} is of the kind {run.kind}, which cannot be carried on: begin anew"
+        raise ConfigError(msg)
     require_same_bench(rig, run)
     plan = plan_of(run)
     past = await asyncio.to_thread(past_of, store, run)
@@ -91,7 +99,7 @@ class RecordedRun:
         self,
         rig: Rig,
         run: records.Run,
-        plan: north_seek.Plan,
+        plan: BaseModel,
         writer: records.Writer,
         publish: Publish,
         past: Past | None,
@@ -102,6 +110,7 @@ class RecordedRun:
         self._rig = rig
         self._run = run
         self._plan = plan
+        self._procedure = procedure_of(plan)
         self._writer = writer
         self._publish = publish
         self._past = past
@@ -128,7 +137,7 @@ class RecordedRun:
             if self._past is None:
                 await self._change_state("running")
             done, elapsed_s = self._past or ((), 0.0)
-            seek = await north_seek.run(
+            result = await self._procedure.run(
                 self._rig, self._plan, self._emit, done=done, elapsed_s=elapsed_s, gate=self.gate
             )
         except asyncio.CancelledError:
@@ -138,7 +147,7 @@ class RecordedRun:
             reason = sentence_of(error)
             await self._write(lambda: self._fail(reason))
             raise
-        return await self._finish(seek)
+        return await self._finish(self._procedure.result_json(result))
 
     async def settle(self) -> None:
         """Write what the records could not take when it happened, in its order.
@@ -200,17 +209,19 @@ class RecordedRun:
         for event in await self._writer.fail(self.id, reason):
             self._publish(event)
 
-    async def _finish(self, seek: north_seek.NorthSeek) -> JsonObject:
+    async def _finish(self, numbers: JsonObject) -> JsonObject:
         # The devices once more, for their counters have counted since.
         rig_after = {**self._run.rig, "devices": self._rig.devices()}
         result = {
             **frame(self._run, "completed"),
             "rig": rig_after,
-            **north_seek_json(seek),
+            **numbers,
         }
 
         async def write() -> None:
-            for event in await self._writer.finish(self.id, result, headline(result)):
+            for event in await self._writer.finish(
+                self.id, result, self._procedure.headline(numbers)
+            ):
                 self._publish(event)
 
         await self._write(write)
@@ -224,49 +235,40 @@ class RecordedRun:
                 self._progress = event.fraction
                 self._tell("progress", progress_json(event))
             case Estimate():
-                data = estimate_json(event)
-                self._tell("estimate", data, headline(data))
+                self._tell_so_far(estimate_json(event))
+            case SoFar(numbers=numbers):
+                self._tell_so_far(numbers)
             case SegmentOpened():
-                self._tell("warning", {"message": event.sentence()})
+                self.warn(event.sentence())
+            case Warned(sentence=sentence):
+                self.warn(sentence)
             case Paused():
                 await self._write(lambda: self._change_state("paused"))
             case Resumed():
                 await self._write(lambda: self._change_state("running"))
 
+    def _tell_so_far(self, numbers: JsonObject) -> None:
+        self._tell("estimate", numbers, self._procedure.headline(numbers))
+
     async def _keep_visit(self, visit: Visit) -> None:
-        samples: dict[records.Stream, Any] = {
-            "gyro": visit.gyro,
-            "accelerometer": visit.accelerometer,
-        }
         event = await self._writer.add_visit(
-            self.id, _statistics(visit), samples, visit_json(visit), self._progress
+            self.id, _statistics(visit), visit.streams, visit_json(visit), self._progress
         )
         self._publish(event)
 
 
-def headline(result: JsonObject) -> JsonObject:
-    """Return what a list of runs shows of a result, or of an estimate so far."""
-    checks = result["checks"]
-    statuses = [check["status"] for check in checks]
-    return {
-        "azimuth_deg": result["azimuth_deg"],
-        "azimuth_sigma_deg": result["azimuth_sigma_deg"],
-        "checks": {status: statuses.count(status) for status in ("pass", "warn", "fail")},
-        "attention": [check["name"] for check in checks if check["status"] != "pass"],
-    }
-
-
 def _new_run(
-    rig: Rig, prediction: north_seek.Prediction, idempotency: records.Idempotency | None
+    rig: Rig, prediction: Predicted, idempotency: records.Idempotency | None
 ) -> records.NewRun:
     # Of no consequence, and infinity is no JSON; nobody's business, and a password may be in it.
     config = rig.config.model_dump(
         mode="json", by_alias=True, exclude={"simulation": {"speed"}, "database": True}
     )
+    plan = prediction.plan.model_dump(mode="json")
     return records.NewRun(
-        kind="north-seek",
+        kind=plan["kind"],
         rig_name=rig.config.site.name,
-        plan=prediction.plan.model_dump(mode="json"),
+        plan=plan,
         prediction=prediction.to_json(),
         site={**config["site"], "gravity_g": rig.config.site.gravity_g},
         rig={"config": config, "devices": rig.devices()},

@@ -1,16 +1,17 @@
-"""From the records back to a north-seek: computed again, or carried on."""
+"""From the records back to a run: computed again, or carried on."""
 
 from datetime import UTC, datetime
 from typing import NamedTuple
 
+from pydantic import BaseModel
+
 from northfinder import records
 from northfinder.config import RigConfig
-from northfinder.errors import ConfigError, NorthfinderError
-from northfinder.procedures import north_seek
-from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
-from northfinder.procedures.reduction import reduce_visits
+from northfinder.errors import ConfigError
+from northfinder.procedures.inertial import restored
+from northfinder.procedures.kinds import PROCEDURES
 from northfinder.procedures.visits import Visit
-from northfinder.rig import Rig
+from northfinder.rig import JsonObject, Rig
 from northfinder.validation import validated
 
 
@@ -31,25 +32,20 @@ def recompute(store: records.Records, run_id: str) -> JsonObject:
 
     Raises:
         RecordsError: No such run, or its samples are damaged.
-        NorthfinderError: It is no north-seek, or its visits do not determine north.
+        NorthfinderError: Its visits do not determine the result.
     """
     run = store.run(run_id)
     config = validated(RigConfig, run.rig["config"], f"run {run.id}")
-    result = north_seek_json(reduce_visits(visits_of(store, run), plan_of(run), config))
+    procedure = PROCEDURES[run.kind]
+    result = procedure.reduce_visits(visits_of(store, run), plan_of(run), config)
     rig_after = run.result["rig"] if run.result is not None else run.rig
-    return {**frame(run, run.state), "rig": rig_after, **result}
+    return {**frame(run, run.state), "rig": rig_after, **procedure.result_json(result)}
 
 
-def plan_of(run: records.Run) -> north_seek.Plan:
-    """Return a recorded run's plan.
-
-    Raises:
-        NorthfinderError: It is no north-seek.
-    """
-    if run.kind != "north-seek":
-        msg = f"run {run.id} is of the kind {run.kind}: only a north-seek can be computed again"
-        raise NorthfinderError(msg)
-    return validated(north_seek.Plan, run.plan, f"run {run.id}")
+def plan_of(run: records.Run) -> BaseModel:
+    """Return a recorded run's plan."""
+    plan: BaseModel = validated(PROCEDURES[run.kind].Plan, run.plan, f"run {run.id}")
+    return plan
 
 
 def past_of(store: records.Records, run: records.Run) -> Past:
@@ -72,7 +68,7 @@ def visits_of(store: records.Records, run: records.Run) -> list[Visit]:
     Raises:
         RecordsError: Its samples are damaged.
     """
-    return [_with_samples(store, run.id, entry) for entry in store.visits(run.id)]
+    return [_with_samples(store, run, entry) for entry in store.visits(run.id)]
 
 
 def estimates_of(store: records.Records, run_id: str) -> list[JsonObject]:
@@ -139,9 +135,12 @@ def frame(run: records.Run, state: records.State) -> JsonObject:
     }
 
 
-def _with_samples(store: records.Records, run_id: str, entry: records.VisitStatistics) -> Visit:
-    samples = store.samples(run_id, entry.index)
-    return Visit(
+def _with_samples(
+    store: records.Records, run: records.Run, entry: records.VisitStatistics
+) -> Visit:
+    return restored(
+        store.samples(run.id, entry.index),
+        run.rig["config"]["gyro"]["axis"],
         index=entry.index,
         segment=entry.segment,
         repeats=entry.repeats,
@@ -149,6 +148,4 @@ def _with_samples(store: records.Records, run_id: str, entry: records.VisitStati
         angle_rad=entry.angle_rad,
         start_s=entry.start_s,
         turned_rad=entry.turned_rad,
-        gyro=samples["gyro"],
-        accelerometer=samples["accelerometer"],
     )

@@ -3,10 +3,17 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final, Literal, get_args
 
 import numpy as np
 
 from drivers.interfaces import BoolArray, FloatArray, IntArray
+
+#: What a run keeps: the two sensing axes, or all six axes of one instrument.
+Stream = Literal[
+    "gyro", "accelerometer", "rate-x", "rate-y", "rate-z", "force-x", "force-y", "force-z"
+]
+STREAMS: Final[tuple[Stream, ...]] = get_args(Stream)
 
 
 @dataclass(frozen=True, eq=False)

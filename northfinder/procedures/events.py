@@ -2,7 +2,7 @@
 
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Final, Literal
 
 from northfinder.estimators.checks import Check
 from northfinder.estimators.harmonic import HarmonicFit
@@ -10,7 +10,15 @@ from northfinder.estimators.tilt import TiltEstimate
 from northfinder.procedures.visits import Visit
 from northfinder.units import DEG
 
-Phase = Literal["homing", "proving", "measuring", "solving"]
+Phase = Literal["homing", "proving", "measuring", "solving", "recording", "aligning", "holding"]
+
+_STANDING: Final = {
+    "homing": "finding the table's reference",
+    "solving": "solving for north",
+    "recording": "recording while everything stands still",
+    "aligning": "aligning",
+    "holding": "holding the heading",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +31,7 @@ class Progress:
         phase: What it does now; "proving" is measuring again, to see that nothing moved.
         visit: Which visit of the plan is under way or comes next, from 1.
         visits: How many the plan has.
-        angle_rad: Where the table is measured; None while homing and solving.
+        angle_rad: Where the table is measured; None where it is not turned.
     """
 
     fraction: float
@@ -35,10 +43,8 @@ class Progress:
 
     def sentence(self) -> str:
         """Return what it does now, in words."""
-        if self.phase == "homing":
-            return "finding the table's reference"
         if self.angle_rad is None:
-            return "solving for north"
+            return _STANDING[self.phase]
         where = f"{self.angle_rad / DEG:g} deg"
         if self.phase == "proving":
             return f"measuring {where} again, to see that nothing moved"
@@ -74,6 +80,20 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
+class SoFar:
+    """What another procedure knows so far, in its result's own names."""
+
+    numbers: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Warned:
+    """Something that whoever watches should know, as a sentence."""
+
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
 class Paused:
     """The table stands and the run waits at its gate."""
 
@@ -102,7 +122,7 @@ class SegmentOpened:
         return f"After an interruption the gyro's bias is taken anew. {self.proof}"
 
 
-Event = Progress | VisitCompleted | Estimate | Paused | Resumed | SegmentOpened
+Event = Progress | VisitCompleted | Estimate | SoFar | Warned | Paused | Resumed | SegmentOpened
 
 #: Awaited for every event.
 Emit = Callable[[Event], Awaitable[None]]

@@ -1,6 +1,8 @@
 """One stop of the table: turn to an angle, settle, and collect both axes."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
 from drivers.errors import DriverError
@@ -60,6 +62,20 @@ async def home(rig: Rig, *, anew: bool) -> None:
     except DriverError as error:
         msg = f"finding the table's reference failed: {error}"
         raise AcquisitionError(msg) from error
+
+
+@asynccontextmanager
+async def table_stopped_at_the_end(rig: Rig) -> AsyncIterator[None]:
+    """Stop the table on the way out; a table that does not confirm is part of the error."""
+    try:
+        yield
+    except BaseException as error:
+        try:
+            await rig.stop()
+        except DriverError as unconfirmed:
+            error.add_note(f"The table did not confirm that it stopped: {unconfirmed}")
+        raise
+    await rig.stop()
 
 
 async def _measure(rig: Rig, stop: Stop, run_began_s: float) -> Visit:

@@ -1,19 +1,34 @@
 """The north-seek: turn the table through its angles, measure at each, solve for north."""
 
-from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Sequence
+from typing import Final
 
-from drivers.errors import DriverError
 from northfinder.procedures.events import Emit
 from northfinder.procedures.gate import Gate
 from northfinder.procedures.journey import Journey
+from northfinder.procedures.measuring import table_stopped_at_the_end
+from northfinder.procedures.north_seek_json import headline
+from northfinder.procedures.north_seek_json import north_seek_json as result_json
 from northfinder.procedures.plan import Plan
 from northfinder.procedures.planning import Prediction, predict
 from northfinder.procedures.reduction import NorthSeek, reduce_visits
 from northfinder.procedures.visits import Visit
 from northfinder.rig import Rig
 
-__all__ = ["Emit", "NorthSeek", "Plan", "Prediction", "predict", "run"]
+__all__ = [
+    "RESUMABLE",
+    "Emit",
+    "NorthSeek",
+    "Plan",
+    "Prediction",
+    "headline",
+    "predict",
+    "reduce_visits",
+    "result_json",
+    "run",
+]
+
+RESUMABLE: Final = True
 
 
 async def run(  # noqa: PLR0913 -- the last three are a run's earlier life and its pauses
@@ -47,20 +62,6 @@ async def run(  # noqa: PLR0913 -- the last three are a run's earlier life and i
     """
     prediction = predict(plan, rig)
     journey = Journey(rig, prediction, emit, done, elapsed_s, gate or Gate())
-    async with _table_stopped_at_the_end(rig):
+    async with table_stopped_at_the_end(rig):
         await journey.travel()
     return reduce_visits(journey.visits, prediction.plan, rig.config)
-
-
-@asynccontextmanager
-async def _table_stopped_at_the_end(rig: Rig) -> AsyncIterator[None]:
-    """Stop the table on the way out; a table that does not confirm is part of the error."""
-    try:
-        yield
-    except BaseException as error:
-        try:
-            await rig.stop()
-        except DriverError as unconfirmed:
-            error.add_note(f"The table did not confirm that it stopped: {unconfirmed}")
-        raise
-    await rig.stop()

@@ -1,7 +1,7 @@
 """A north-seek's result as REST, the records and the command line show it: degrees, plain JSON."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,6 +70,18 @@ def estimate_json(estimate: Estimate) -> JsonObject:
         "segments": _segments_json(estimate.gyro),
         "tilt": _tilt_json(estimate.tilt),
         "checks": _checks_json(estimate.checks),
+    }
+
+
+def headline(numbers: Mapping[str, Any]) -> JsonObject:
+    """Return what a list of runs shows of a result, or of north so far."""
+    checks = numbers["checks"]
+    statuses = [check["status"] for check in checks]
+    return {
+        "azimuth_deg": numbers["azimuth_deg"],
+        "azimuth_sigma_deg": numbers["azimuth_sigma_deg"],
+        "checks": {status: statuses.count(status) for status in ("pass", "warn", "fail")},
+        "attention": [check["name"] for check in checks if check["status"] != "pass"],
     }
 
 

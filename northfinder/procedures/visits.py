@@ -1,13 +1,14 @@
 """The order of visits, and what one visit brought."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
-from northfinder.samples import Samples
+from northfinder.samples import Samples, Stream
 
 Order = Literal["sequential", "out-and-back", "opposite"]
 AnyOrder = Literal["sequential", "out-and-back", "opposite", "auto"]
@@ -51,6 +52,11 @@ class Visit:
     gyro: Samples
     accelerometer: Samples
     repeats: int | None = None
+
+    @property
+    def streams(self) -> Mapping[Stream, Samples]:
+        """Return the samples as they are kept."""
+        return {"gyro": self.gyro, "accelerometer": self.accelerometer}
 
     @cached_property
     def time_s(self) -> float:

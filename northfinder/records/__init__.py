@@ -19,10 +19,10 @@ from northfinder.records.errors import (
     UnknownRunError,
 )
 from northfinder.records.holders import Holder
-from northfinder.records.samples import Stream
 from northfinder.records.states import SettableState, State
 from northfinder.records.store import Records
 from northfinder.records.writer import Writer
+from northfinder.samples import Stream
 
 __all__ = [
     "EventName",

@@ -20,7 +20,7 @@ from northfinder.records.errors import (
 from northfinder.records.holders import Holder
 from northfinder.records.portable_json import JsonObject, require_json
 from northfinder.records.queries import event_of, unknown
-from northfinder.records.samples import Stream, encode_samples
+from northfinder.records.samples import encode_samples
 from northfinder.records.states import (
     ENDED,
     LEGAL_STEPS,
@@ -30,7 +30,7 @@ from northfinder.records.states import (
     require_legal_step,
 )
 from northfinder.records.tables import EventRow, RunRow, SamplesRow, VisitRow
-from northfinder.samples import Samples
+from northfinder.samples import Samples, Stream
 
 LEASE_S: Final = 30.0
 _COPIED = (

@@ -8,19 +8,16 @@ sent no value has neither.
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
-from typing import Final
 
 import pyarrow as pa
 from pyarrow import csv, parquet
 
 from northfinder.records.entries import RunSummary, VisitStatistics
 from northfinder.records.portable_json import JsonObject
-from northfinder.records.samples import Stream
 from northfinder.records.store import Records
-from northfinder.samples import Samples
+from northfinder.samples import STREAMS, Samples, Stream
 from northfinder.units import DEG, DEG_PER_HOUR
 
-_STREAMS: Final[tuple[Stream, ...]] = ("gyro", "accelerometer")
 _COLUMNS: dict[str, pa.DataType] = {
     "visit": pa.int32(),
     "segment": pa.int32(),
@@ -104,7 +101,7 @@ def _visit_tables(records: Records, run_id: str) -> Iterator[pa.Table]:
 
 
 def _table(visit: VisitStatistics, samples: Mapping[Stream, Samples]) -> pa.Table:
-    parts = [_stream_table(visit, name, samples[name]) for name in _STREAMS if name in samples]
+    parts = [_stream_table(visit, name, samples[name]) for name in STREAMS if name in samples]
     # One chunk: before an empty one, of a stream that lost everything, write_csv of pyarrow 26
     # writes whatever stands in its memory.
     return pa.concat_tables([_SCHEMA.empty_table(), *parts]).combine_chunks()
@@ -113,7 +110,8 @@ def _table(visit: VisitStatistics, samples: Mapping[Stream, Samples]) -> pa.Tabl
 def _stream_table(visit: VisitStatistics, stream: Stream, samples: Samples) -> pa.Table:
     count = len(samples)
     nothing = pa.nulls(count, pa.float64())
-    unit = DEG_PER_HOUR if stream == "gyro" else 1.0
+    is_rate = stream == "gyro" or stream.startswith("rate")
+    unit = DEG_PER_HOUR if is_rate else 1.0
     values = pa.array(samples.value / unit, from_pandas=True)  # NaN, no value was sent: null
     constants = (visit.index, visit.segment, visit.direction, visit.angle_rad / DEG, stream)
     columns = [
@@ -121,8 +119,8 @@ def _stream_table(visit: VisitStatistics, stream: Stream, samples: Samples) -> p
         pa.array(samples.tick),
         pa.array(samples.time_s),
         pa.array(samples.valid),
-        values if stream == "gyro" else nothing,
-        values if stream == "accelerometer" else nothing,
+        values if is_rate else nothing,
+        nothing if is_rate else values,
     ]
     return pa.Table.from_arrays(columns, names=_SCHEMA.names).cast(_SCHEMA)
 

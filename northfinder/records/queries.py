@@ -18,9 +18,9 @@ from northfinder.records.entries import (
     VisitStatistics,
 )
 from northfinder.records.errors import RecordsError, UnknownRunError
-from northfinder.records.samples import Stream, decode_samples
+from northfinder.records.samples import decode_samples
 from northfinder.records.tables import WHOLE, EventRow, RunRow, SamplesRow, VisitRow
-from northfinder.samples import Samples
+from northfinder.samples import Samples, Stream
 
 S = TypeVar("S", RunSummary, Run)
 

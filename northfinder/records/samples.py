@@ -1,12 +1,8 @@
 """Raw samples of one stream as Arrow IPC: the identical float64 comes back, NaN included."""
 
-from typing import Literal
-
 import pyarrow as pa
 
 from northfinder.samples import Samples
-
-Stream = Literal["gyro", "accelerometer"]
 
 _COLUMNS: dict[str, pa.DataType] = {
     "tick": pa.int64(),

@@ -21,12 +21,11 @@ from northfinder.records.entries import (
 from northfinder.records.errors import RecordsError
 from northfinder.records.holders import Holder
 from northfinder.records.portable_json import JsonObject, require_json
-from northfinder.records.samples import Stream
 from northfinder.records.schema import ensure_schema
 from northfinder.records.sqlite import for_writing
 from northfinder.records.states import LIVE, RESUMABLE, SettableState, State
 from northfinder.records.tables import EventRow, RunRow, VisitRow
-from northfinder.samples import Samples
+from northfinder.samples import Samples, Stream
 
 
 class Records:

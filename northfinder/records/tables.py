@@ -21,8 +21,8 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, MappedColumn, mapped_column
 
 from northfinder.records.entries import EventName
 from northfinder.records.portable_json import JsonObject
-from northfinder.records.samples import Stream
 from northfinder.records.states import State
+from northfinder.samples import Stream
 
 #: The columns of a run that are too large for a list.
 WHOLE = "whole"

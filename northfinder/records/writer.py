@@ -8,11 +8,10 @@ from typing import Final, Self, TypeVar, TypeVarTuple
 from northfinder.records.entries import EventName, NewRun, Run, RunEvent, VisitStatistics
 from northfinder.records.errors import RecordsError
 from northfinder.records.portable_json import JsonObject
-from northfinder.records.samples import Stream
 from northfinder.records.states import SettableState
 from northfinder.records.store import Records
 from northfinder.records.thread import ChoreThread
-from northfinder.samples import Samples
+from northfinder.samples import Samples, Stream
 
 T = TypeVar("T")
 Ts = TypeVarTuple("Ts")
