@@ -254,12 +254,15 @@ class NoiseSpecification:
     """What the data sheet promises; a prediction uses it where nothing better is known.
 
     The mean of the rate over T seconds has sigma ``angle_random_walk_rad_sqrt_s / sqrt(T)``,
-    that of the specific force ``force_noise_g_sqrt_s / sqrt(T)``.
+    that of the specific force ``force_noise_g_sqrt_s / sqrt(T)``. The biases are what may be left
+    of either after switching on, one sigma; None where it is not stated.
     """
 
     angle_random_walk_rad_sqrt_s: float
     bias_instability_rad_s: float
     force_noise_g_sqrt_s: float
+    bias_rad_s: float | None = None
+    force_bias_g: float | None = None
 
 
 class InertialSensor(Instrument, Protocol):

@@ -55,11 +55,13 @@ _TEMPERATURE_UNITS = {
 }
 
 #: 1750 IMU data sheet: angle random walk 0.012 deg/sqrt(h), bias instability 0.05 deg/h,
-#: accelerometer noise 0.12 mg/sqrt(Hz).
+#: accelerometer noise 0.12 mg/sqrt(Hz); its limits of the offsets, 2 deg/h and 2 mg, as one sigma.
 _NOISE = NoiseSpecification(
     angle_random_walk_rad_sqrt_s=math.radians(0.012) / 60.0,
     bias_instability_rad_s=math.radians(0.05) / 3600.0,
     force_noise_g_sqrt_s=0.12e-3,
+    bias_rad_s=math.radians(2.0) / 3600.0,
+    force_bias_g=2e-3,
 )
 
 T = TypeVar("T")

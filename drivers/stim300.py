@@ -44,6 +44,8 @@ _NOISE = NoiseSpecification(  # tables 6-3 and 6-4, 10 g accelerometers
     angle_random_walk_rad_sqrt_s=math.radians(0.15) / math.sqrt(3600.0),
     bias_instability_rad_s=math.radians(0.3) / 3600.0,
     force_noise_g_sqrt_s=0.07 / math.sqrt(3600.0) / STANDARD_GRAVITY_M_S2,
+    bias_rad_s=math.radians(10.0) / 3600.0,  # over temperature; far more than the Earth allows
+    force_bias_g=0.75e-3,
 )
 _TEMPERATURE_LSB_DEG_C = 2.0**-8  # eq. 9
 

@@ -31,6 +31,8 @@ LEAST_GYRO_NOISE, LEAST_FORCE_NOISE = 1e-9, 1e-12  # deg/sqrt(h), g/sqrt(Hz)
 GyroNoise = Annotated[float, Field(ge=LEAST_GYRO_NOISE, le=1e3)]
 AccelerometerNoise = Annotated[float, Field(ge=LEAST_FORCE_NOISE, le=1.0)]
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
+#: Whether the simulated bench stands still, or rides in a vehicle (`rocking-base`).
+BaseMotion = Literal["still", "nominal", "paper-like"]
 
 
 class _Section(BaseModel):
@@ -123,6 +125,7 @@ class GyroConfig(_SensorConfig):
     accept_coarse_scale: bool = False
     noise_deg_sqrt_h: GyroNoise | None = None
     bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    bias_sigma_deg_h: Annotated[float, Field(ge=0.0, le=1e5)] | None = None
     drift_curvature_sigma_deg_h3: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
 
 
@@ -137,6 +140,7 @@ class AccelerometerConfig(_SensorConfig):
     source: Annotated[Literal["gyro"] | None, Field(alias="from")] = None
     axis: Axis = "y"
     noise_g_sqrt_hz: AccelerometerNoise | None = None
+    bias_sigma_g: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
 
 
 class DatabaseConfig(_Section):
@@ -156,6 +160,7 @@ class SimulationConfig(_Section):
     gyro_drift_deg_h_h: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
     gyro_bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
     accel_noise_g_sqrt_hz: Annotated[float, Field(ge=0.0, le=1.0)] = 1e-5
+    base: BaseMotion = "still"
     seed: Annotated[int, Field(ge=0)] = 1
     speed: Annotated[float, Field(gt=0.0, allow_inf_nan=True)] | None = None
 

@@ -9,6 +9,7 @@ from drivers.interfaces import FloatArray
 from sim.interfaces import Felt
 from sim.motion import Plate
 from sim.noise import NoiseLevels, SensorNoise
+from sim.rocking_base import RockingBase, RockingSettings
 from sim.truth import Truth
 
 _ROOM_DEG_C = 23.0
@@ -51,21 +52,25 @@ class Bench:
         truth: Where the bench stands.
         plate: The table.
         clockwise: Whether the table's positive direction is clockwise seen from above.
+        rocking: How its base moves about the truth; None where it stands still.
     """
 
-    def __init__(self, truth: Truth, plate: Plate, *, clockwise: bool = False) -> None:
+    def __init__(
+        self,
+        truth: Truth,
+        plate: Plate,
+        *,
+        clockwise: bool = False,
+        rocking: RockingSettings | None = None,
+    ) -> None:
         self.plate = plate
-        self.truth = truth
+        self.set_down(truth, rocking)
         self._direction = -1.0 if clockwise else 1.0
 
-    @property
-    def truth(self) -> Truth:
-        """Where the bench stands; may be replaced while running."""
-        return self._truth
-
-    @truth.setter
-    def truth(self, truth: Truth) -> None:
-        self._truth = truth
+    def set_down(self, truth: Truth, rocking: RockingSettings | None) -> None:
+        """Put the bench elsewhere, or onto another base; also while it runs."""
+        self.truth = truth
+        self._base = None if rocking is None else RockingBase(rocking.standing_at(truth))
         self._resting: dict[Mounting, tuple[float, FloatArray, FloatArray]] = {}
         # Every burst of every sensor asks: work it out once.
         self._earth_rate_t = truth.earth_rate_t()
@@ -80,14 +85,35 @@ class Bench:
         angle's difference, so that turning integrates exactly.
         """
         first_s = float(time_s[0]) - period_s
+        if self._base is not None:
+            return self._felt_rocking(self._base, mounting, time_s, period_s)
         resting_rad = self.plate.resting_rad(first_s)
         if resting_rad is not None:  # as nearly always: then all samples are the same
             rate, force = self._at_rest(mounting, resting_rad)
             count = len(time_s)
             return np.repeat(rate, count, axis=0), np.repeat(force, count, axis=0)
+        vectors_t = self._earth_rate_t, self._specific_force_t
+        return self._felt_turning(vectors_t, mounting, time_s, period_s)
+
+    def _felt_rocking(
+        self, base: RockingBase, mounting: Mounting, time_s: FloatArray, period_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        rate_t, force_t = base.felt(time_s, period_s)
+        return self._felt_turning((rate_t.T, force_t.T), mounting, time_s, period_s)
+
+    def _felt_turning(
+        self,
+        vectors_t: tuple[FloatArray, FloatArray],
+        mounting: Mounting,
+        time_s: FloatArray,
+        period_s: float,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Resolve rate and force along the table's axes, ``(3,)`` or ``(3, k)``, as it turns."""
         axes = mounting.body_axes()
-        angle = self._direction * self.plate.angle_rad(np.concatenate([[first_s], time_s]))
-        rate, force = self._along((angle[1:] + angle[:-1]) / 2 + mounting.angle_rad)
+        times_s = np.concatenate([[float(time_s[0]) - period_s], time_s])
+        angle = self._direction * self.plate.angle_rad(times_s)
+        middle = (angle[1:] + angle[:-1]) / 2 + mounting.angle_rad
+        rate, force = _along(vectors_t, middle)
         rate[:, 2] += (angle[1:] - angle[:-1]) / period_s
         return rate @ axes.T, force @ axes.T
 
@@ -97,20 +123,9 @@ class Bench:
         if known is None or known[0] != resting_rad:
             axes = mounting.body_axes()
             standing = np.array([self._direction * resting_rad + mounting.angle_rad])
-            rate, force = self._along(standing)
+            rate, force = _along((self._earth_rate_t, self._specific_force_t), standing)
             known = self._resting[mounting] = resting_rad, rate @ axes.T, force @ axes.T
         return known[1:]
-
-    def _along(self, angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Resolve Earth rate and gravity along (right, sensing, up) at each angle, ``(k, 3)``."""
-        cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-        vectors_t = self._earth_rate_t, self._specific_force_t
-        felt = np.empty((2, len(angle_rad), 3))
-        for (x, y, z), along in zip(vectors_t, felt, strict=True):
-            along[:, 0] = cos * x + sin * y
-            along[:, 1] = cos * y - sin * x
-            along[:, 2] = z
-        return felt[0], felt[1]
 
 
 class BenchSensor:
@@ -136,3 +151,14 @@ class BenchSensor:
         rate += self.gyro_noise.sample(time_s, period_s)
         force += self.accelerometer_noise.sample(time_s, period_s)
         return Felt(rate, force, np.full(len(time_s), _ROOM_DEG_C))
+
+
+def _along(vectors_t: tuple[FloatArray, FloatArray], angle_rad: FloatArray) -> FloatArray:
+    """Resolve vectors of the table along (right, sensing, up) at each angle, ``(2, k, 3)``."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    felt = np.empty((2, len(angle_rad), 3))
+    for (x, y, z), along in zip(vectors_t, felt, strict=True):
+        along[:, 0] = cos * x + sin * y
+        along[:, 1] = cos * y - sin * x
+        along[:, 2] = z
+    return felt

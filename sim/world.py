@@ -15,6 +15,7 @@ from sim.faults import FaultyTap, FaultyWire, WireFaults
 from sim.interfaces import Sensing, SimulatedDevice, SimulatedNode, TableMechanism
 from sim.motion import Plate
 from sim.noise import NoiseLevels
+from sim.rocking_base import RockingSettings
 from sim.truth import Truth
 
 SensorFactory = Callable[[Sensing], SimulatedDevice | SimulatedNode]
@@ -32,6 +33,7 @@ class WorldSettings:
         table_sigma_rad: Positioning error of each move of the table, 1 sigma.
         clockwise: Whether the table's positive direction is clockwise seen from above.
         seed: Equal seeds give equal worlds, bit for bit.
+        rocking: How the bench's base moves; None where it stands still.
     """
 
     truth: Truth
@@ -40,6 +42,7 @@ class WorldSettings:
     table_sigma_rad: float
     clockwise: bool
     seed: int
+    rocking: RockingSettings | None = None
 
 
 class World:
@@ -61,7 +64,9 @@ class World:
         # The reference is not where the table happens to stand: a run begins by homing.
         start_rad = float(random.uniform(0.0, np.pi))
         self.plate = Plate(start_rad, settings.table_sigma_rad, random)
-        self.bench = Bench(settings.truth, self.plate, clockwise=settings.clockwise)
+        self.bench = Bench(
+            settings.truth, self.plate, clockwise=settings.clockwise, rocking=settings.rocking
+        )
         self.sensors: dict[str, BenchSensor] = {}
         self.devices: dict[str, SimulatedDevice] = {}
         self.nodes: dict[str, SimulatedNode] = {}
@@ -115,12 +120,15 @@ class World:
         wires: dict[str, FaultyWire | FaultyTap] = {**self._wires, **self._taps}
         return wires[name].faults
 
-    def change(self, truth: Truth, gyro: NoiseLevels, accelerometer: NoiseLevels) -> None:
-        """Set the bench down elsewhere, or let its sensors err otherwise, while they run."""
-        self.bench.truth = truth
+    def change(self, settings: WorldSettings) -> None:
+        """Set the bench down elsewhere, or let its sensors err otherwise, while they run.
+
+        How the table errs and which way it turns stay as they were made.
+        """
+        self.bench.set_down(settings.truth, settings.rocking)
         for sensor in self.sensors.values():
-            sensor.gyro_noise.levels = gyro
-            sensor.accelerometer_noise.levels = accelerometer
+            sensor.gyro_noise.levels = settings.gyro
+            sensor.accelerometer_noise.levels = settings.accelerometer
 
     async def start(self) -> None:
         """Power every device up."""

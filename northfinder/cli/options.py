@@ -38,6 +38,12 @@ _RIG_OPTIONS: dict[str, tuple[str, str, str, str]] = {
         "G/SQRT(HZ)",
         "Accelerometer noise.",
     ),
+    "sim_base": (
+        "simulation",
+        "base",
+        "MOTION",
+        "still; nominal or paper-like: a vehicle that people get on and off, its engine on.",
+    ),
     "seed": ("simulation", "seed", "N", "Equal seeds give equal results."),
     "sim_speed": ("simulation", "speed", "X", "Multiple of real time, or inf."),
 }
@@ -71,13 +77,17 @@ def rig_options(command: Command) -> Command:
 
     decorated: Command = with_config
     for name, (section, key, unit, text) in reversed(_RIG_OPTIONS.items()):
-        kind = int if name == "seed" else float
+        kind = {"seed": int, "sim_base": str}.get(name, float)
         flag = "--" + name.replace("_", "-")
         usual = getattr(getattr(RigConfig(), section), key)
-        help_text = text if usual is None else f"{text}  [{usual:g} unless configured]"
+        help_text = text if usual is None else f"{text}  [{_written(usual)} unless configured]"
         decorated = click.option(flag, name, type=kind, metavar=unit, help=help_text)(decorated)
     with_file: Command = config_option(decorated)
     return with_file
+
+
+def _written(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
 
 
 def plan_options(command: Command) -> Command:

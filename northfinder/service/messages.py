@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.interfaces import Role
-from northfinder.config import SimulationConfig
+from northfinder.config import BaseMotion, SimulationConfig
 from northfinder.procedures.north_seek import Plan
 from northfinder.records import Run, RunSummary, State
 from northfinder.records.states import LEGAL_STEPS
@@ -216,6 +216,7 @@ class SimulationSettings(BaseModel):
     gyro_drift_deg_h_h: float
     gyro_bias_instability_deg_h: float
     accel_noise_g_sqrt_hz: float
+    base: BaseMotion
     seed: int
 
 

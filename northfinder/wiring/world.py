@@ -15,6 +15,7 @@ from northfinder.wiring.defaults import with_latitude
 from northfinder.wiring.faults import WorldFaults
 from sim.bench import Mounting
 from sim.noise import NoiseLevels
+from sim.rocking_base import RockingSettings, nominal, paper_like
 from sim.truth import Truth
 from sim.world import World, WorldSettings
 
@@ -57,7 +58,16 @@ def _settings(config: RigConfig) -> WorldSettings:
         table_sigma_rad=config.turntable.angle_sigma_deg * DEG,
         clockwise=config.turntable.positive_direction == "clockwise",
         seed=simulation.seed,
+        rocking=_rocking(simulation, site.latitude_rad),
     )
+
+
+def _rocking(simulation: SimulationConfig, latitude_rad: float) -> RockingSettings | None:
+    """Return how the base moves; the world puts it where the bench stands."""
+    motions = {"nominal": nominal, "paper-like": paper_like}
+    if simulation.base == "still":
+        return None
+    return motions[simulation.base](latitude_rad, simulation.seed)
 
 
 class SimulatedWorld:
@@ -106,8 +116,7 @@ class SimulatedWorld:
                 raise ConfigError(msg)
         simulation = validated(SimulationConfig, {**before, **settings}, "simulation")
         self._config = self._config.model_copy(update={"simulation": simulation})
-        changed = _settings(self._config)
-        self.world.change(changed.truth, changed.gyro, changed.accelerometer)
+        self.world.change(_settings(self._config))
         self.on_change(self._config)
         return self.truth()
 

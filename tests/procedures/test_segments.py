@@ -41,11 +41,12 @@ def knocked(azimuth_deg: float = 0.0, pitch_deg: float = 0.0) -> Watch:
     def knock(world: World, _: Gate, event: Event) -> None:
         if isinstance(event, Progress) and event.phase == "homing":
             truth = world.bench.truth
-            world.bench.truth = replace(
+            moved = replace(
                 truth,
                 azimuth_rad=truth.azimuth_rad + math.radians(azimuth_deg),
                 pitch_rad=truth.pitch_rad + math.radians(pitch_deg),
             )
+            world.bench.set_down(moved, None)
 
     return knock
 

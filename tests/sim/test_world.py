@@ -41,9 +41,12 @@ class Reporter:
             self._send(self._sensing.sense(time_s, 0.1).rate_rad_s.tobytes())
 
 
+def settings(latitude_rad: float, noise: NoiseLevels, seed: int = 1) -> WorldSettings:
+    return WorldSettings(Truth(latitude_rad, 0.8, 0.0, 0.0), noise, noise, 1e-5, False, seed)
+
+
 def world(seed: int = 1) -> World:
-    noise = NoiseLevels(white_sqrt_s=1e-6)
-    made = World(WorldSettings(Truth(0.7, 0.8, 0.0, 0.0), noise, noise, 1e-5, False, seed))
+    made = World(settings(0.7, NoiseLevels(white_sqrt_s=1e-6), seed))
     for name in ("gyro", "accelerometer"):
         made.add_sensor(name, Reporter, Mounting("x"))
     return made
@@ -93,12 +96,12 @@ def test_a_changed_world_is_felt_from_the_next_burst_on() -> None:
 
     async def session() -> tuple[FloatArray, FloatArray]:
         made = world()
-        made.change(Truth(0.7, 0.8, 0.0, 0.0), still, still)
+        made.change(settings(0.7, still))
         link = made.link("gyro")
         await link.open()
         await made.start()
         await asyncio.sleep(0.51)
-        made.change(Truth(0.0, 0.8, 0.0, 0.0), NoiseLevels(bias=1.0), still)
+        made.change(settings(0.0, NoiseLevels(bias=1.0)))
         await asyncio.sleep(0.5)
         await made.stop()
         rate = np.frombuffer((await link.read(1.0)).data).reshape(-1, 3)
