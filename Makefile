@@ -9,8 +9,8 @@ BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
 
 # Held to the last line and branch by their own tests.
-PURE := tests/codecs tests/estimators tests/attitude
-PURE_ROOMS := drivers/codecs/*,northfinder/estimators/*,northfinder/attitude/*
+PURE := tests/codecs tests/estimators tests/attitude tests/alignment
+PURE_ROOMS := drivers/codecs/*,northfinder/estimators/*,northfinder/attitude/*,northfinder/alignment/*
 
 .PHONY: serve test test-quick check proof clean system-packages
 

@@ -23,12 +23,8 @@ from northfinder.procedures.events import (
 )
 from northfinder.procedures.gate import Gate
 from northfinder.procedures.kinds import PROCEDURES, procedure_of
-from northfinder.procedures.north_seek_json import (
-    JsonObject,
-    estimate_json,
-    progress_json,
-    visit_json,
-)
+from northfinder.procedures.north_seek_json import JsonObject, estimate_json
+from northfinder.procedures.plain_json import progress_json, visit_json
 from northfinder.procedures.procedure import Predicted
 from northfinder.procedures.visits import Visit
 from northfinder.replay import Past, frame, past_of, plan_of, require_same_bench

@@ -8,6 +8,7 @@ from typing import Final
 
 DEG: Final = math.pi / 180.0
 ARCMIN: Final = DEG / 60.0
+ARCSEC: Final = DEG / 3600.0
 
 HOUR: Final = 3600.0
 DEG_PER_HOUR: Final = DEG / HOUR

@@ -6,11 +6,13 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from drivers.errors import DriverError
+from northfinder.cli.attitude import align, hold, noise_command
 from northfinder.cli.bench import bench
 from northfinder.cli.runs import runs
 from northfinder.cli.seek import plan_command, seek
 from northfinder.cli.serve import serve
 from northfinder.cli.simulate import sim
+from northfinder.cli.study import study
 from northfinder.errors import ConfigError, NorthfinderError
 from northfinder.formatting import sentence_of
 from northfinder.software import version
@@ -28,7 +30,19 @@ def cli() -> None:
     """Find true north with a gyro and an accelerometer on an indexing turntable."""
 
 
-for command in (seek, plan_command, serve, sim, runs, bench):
+_COMMANDS = (
+    seek,
+    plan_command,
+    align,
+    hold,
+    noise_command,
+    serve,
+    sim,
+    study,
+    runs,
+    bench,
+)
+for command in _COMMANDS:
     cli.add_command(command)
 
 
@@ -41,7 +55,8 @@ def main() -> None:
         sys.exit(2)
     except click.UsageError as error:
         command_path = error.ctx.command_path if error.ctx else "northfinder"
-        _leave(2, f"{error.format_message()} See {command_path} --help.")
+        said = " ".join(error.format_message().split())
+        _leave(2, f"{said} See {command_path} --help.")
     except (click.Abort, KeyboardInterrupt):
         _leave(130, "interrupted; a table that was turning is stopped")
     except ConfigError as error:

@@ -16,7 +16,7 @@ from northfinder.formatting import (
     with_uncertainty,
 )
 
-_STATUS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
+STATUS = {"pass": "green", "warn": "yellow", "fail": "bold red"}
 _SOLUTIONS = {
     "coordinate_transform": "coordinate transform (eq 3)",
     "vector": "vector, exact",
@@ -41,8 +41,17 @@ def plain_table(*columns: str) -> Table:
     return table
 
 
-def print_result(console: Console, result: Mapping[str, Any]) -> None:
+def print_north_seek(console: Console, result: Mapping[str, Any]) -> None:
     """Print a north-seek's result, from its JSON form."""
+    print_north(console, result)
+    console.print(verdict(result["checks"]))
+    for table in (_solutions(result), _fit(result), budget_table(result), checks_table(result)):
+        console.print()
+        console.print(table)
+
+
+def print_north(console: Console, result: Mapping[str, Any]) -> None:
+    """Print the azimuth with its uncertainty: of the mark, and of the reference line."""
     uncertainty_deg = 2 * result["azimuth_sigma_deg"]
     north = azimuth_with_uncertainty(result["azimuth_deg"], uncertainty_deg)
     decimals = decimals_of(uncertainty_deg)
@@ -52,11 +61,6 @@ def print_result(console: Console, result: Mapping[str, Any]) -> None:
         line = azimuth_with_uncertainty(result["reference_azimuth_deg"], uncertainty_deg)
         console.print(Text(f"Azimuth {line} deg (2 sigma), of the reference line", style="bold"))
     console.print(f"95 % interval {low} to {high} deg, clockwise from true north")
-    console.print(_verdict(result["checks"]))
-    for table in (_solutions(result), _fit(result), _budget(result), _checks(result)):
-        console.print()
-        console.print(table)
-    console.print(f"\nrun {result['run_id']}")
 
 
 def print_prediction(console: Console, prediction: Mapping[str, Any]) -> None:
@@ -71,18 +75,18 @@ def print_prediction(console: Console, prediction: Mapping[str, Any]) -> None:
         f"order {plan['order']}; the table turns at up to {limits['speed_deg_s']:.4g} deg/s"
     )
     for warning in prediction["warnings"]:
-        console.print(Text(f"warning: {warning}", style=_STATUS["warn"]))
+        console.print(Text(f"warning: {warning}", style=STATUS["warn"]))
     console.print()
-    console.print(_budget(prediction))
+    console.print(budget_table(prediction))
 
 
-def _verdict(checks: list[Mapping[str, str]]) -> Text:
+def verdict(checks: list[Mapping[str, str]]) -> Text:
     """Say in one line whether anything is wrong, for the table of checks is long."""
     for status, words in (("fail", "FAILED"), ("warn", "to be looked at")):
         names = [check["name"] for check in checks if check["status"] == status]
         if names:
-            return Text(f"Checks {words}: {', '.join(names)}", style=_STATUS[status])
-    return Text(f"All {len(checks)} checks passed", style=_STATUS["pass"])
+            return Text(f"Checks {words}: {', '.join(names)}", style=STATUS[status])
+    return Text(f"All {len(checks)} checks passed", style=STATUS["pass"])
 
 
 def _solutions(result: Mapping[str, Any]) -> Table:
@@ -104,27 +108,29 @@ def _fit(result: Mapping[str, Any]) -> Table:
     table.add_column("2 sigma")
     table.add_column("")
     for letter, sigma in zip("Rab", sigma_deg_h, strict=True):
-        _add(table, f"gyro {letter}", gyro[f"{letter}_deg_h"], sigma, "deg/h")
+        add_value(table, f"gyro {letter}", gyro[f"{letter}_deg_h"], sigma, "deg/h")
     expected = f"deg/h, expected {earth['horizontal_expected_deg_h']:.4f}"
     measured = earth["horizontal_measured_deg_h"]
-    _add(table, "horizontal Earth rate", measured, max(sigma_deg_h[1:]), expected)
-    _add(table, "tilt epsilon", epsilon_deg, tilt_sigma_deg, "deg")
+    add_value(table, "horizontal Earth rate", measured, max(sigma_deg_h[1:]), expected)
+    add_value(table, "tilt epsilon", epsilon_deg, tilt_sigma_deg, "deg")
     if tilt["zeta_deg"] is None or epsilon_deg == 0.0:
         table.add_row("downhill zeta", _UNDETERMINED)
     else:
         zeta_sigma_deg = math.degrees(tilt_sigma_deg / epsilon_deg)
-        _add(table, "downhill zeta", tilt["zeta_deg"], zeta_sigma_deg, "deg")
-    _add(table, "pitch", tilt["pitch_deg"], tilt_sigma_deg, "deg")
-    _add(table, "roll", tilt["roll_deg"], tilt_sigma_deg, "deg")
+        add_value(table, "downhill zeta", tilt["zeta_deg"], zeta_sigma_deg, "deg")
+    add_value(table, "pitch", tilt["pitch_deg"], tilt_sigma_deg, "deg")
+    add_value(table, "roll", tilt["roll_deg"], tilt_sigma_deg, "deg")
     return table
 
 
-def _add(table: Table, name: str, value: float, sigma: float, unit: str) -> None:
+def add_value(table: Table, name: str, value: float, sigma: float, unit: str) -> None:
+    """Add a row of value, uncertainty and unit, each lined up in a column of its own."""
     number, sign, uncertainty = with_uncertainty(value, 2 * sigma).split()
     table.add_row(name, number, f"{sign} {uncertainty}", unit)
 
 
-def _budget(budgeted: Mapping[str, Any]) -> Table:
+def budget_table(budgeted: Mapping[str, Any]) -> Table:
+    """Return where the uncertainty comes from, source by source."""
     table = plain_table("uncertainty from")
     table.add_column("1 sigma deg", justify="right")
     table.add_column("share", justify="right")
@@ -139,9 +145,10 @@ def _percent(share: float) -> str:
     return "< 0.1 %" if 0.0 < share < 0.001 else f"{share * 100:.1f} %"
 
 
-def _checks(result: Mapping[str, Any]) -> Table:
+def checks_table(result: Mapping[str, Any]) -> Table:
+    """Return every check in words."""
     table = plain_table("check", "", "")
     for check in result["checks"]:
-        status = Text(check["status"], style=_STATUS[check["status"]])
+        status = Text(check["status"], style=STATUS[check["status"]])
         table.add_row(check["name"], status, check["detail"])
     return table

@@ -1,6 +1,7 @@
 """How far a run is, on a terminal: a bar, and below it north so far."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -48,11 +49,18 @@ class LiveProgress:
                 self._task, completed=data["progress"], description=data["doing"], left=left
             )
         elif event.event == "estimate":
-            north = _north_so_far(data["azimuth_deg"], data["azimuth_sigma_deg"])
-            self._north = Text(north, style="bold")
+            self._north = Text(_so_far(data), style="bold")
 
     def _lines(self) -> RenderableType:
         return Group(self._bar.make_tasks_table(self._bar.tasks), self._north)
+
+
+def _so_far(data: Mapping[str, Any]) -> str:
+    """Return what a run knows already: north, or of a static record the white noise."""
+    if "azimuth_deg" in data:
+        return _north_so_far(data["azimuth_deg"], data["azimuth_sigma_deg"])
+    walk = data["gyro"]["angle_random_walk_deg_sqrt_h"]["value"]
+    return "" if walk is None else f"angle random walk so far: {walk:.3g} deg/sqrt(h)"
 
 
 def _north_so_far(azimuth_deg: float, sigma_deg: float) -> str:

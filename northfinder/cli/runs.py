@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from northfinder.cli.display import plain_table, print_result, table_console
+from northfinder.cli.display import plain_table, table_console
 from northfinder.cli.options import (
     AS_FAST_AS_IT_GOES,
     database_option,
@@ -18,6 +18,7 @@ from northfinder.cli.options import (
     rig_options,
 )
 from northfinder.cli.progress import LiveProgress
+from northfinder.cli.results import print_result
 from northfinder.config import RigConfig
 from northfinder.errors import NorthfinderError
 from northfinder.formatting import azimuth_with_uncertainty
@@ -208,7 +209,7 @@ def _summary(run: RunSummary) -> dict[str, object]:
 
 
 def _azimuth(run: RunSummary) -> str:
-    if run.headline is None:
-        return "-"
     headline = run.headline
+    if headline is None or headline["azimuth_deg"] is None:
+        return headline.get("figure") or "-" if headline else "-"
     return azimuth_with_uncertainty(headline["azimuth_deg"], 2 * headline["azimuth_sigma_deg"])

@@ -6,20 +6,17 @@ from typing import Any
 
 import click
 
-from northfinder.cli.display import print_prediction, print_result, table_console
+from northfinder.cli.carrying_out import carry_out
+from northfinder.cli.display import print_prediction, table_console
 from northfinder.cli.options import (
     AS_FAST_AS_IT_GOES,
     database_option,
-    database_url,
     json_option,
     plan_options,
     rig_options,
 )
-from northfinder.cli.progress import LiveProgress
 from northfinder.config import RigConfig
 from northfinder.procedures.north_seek import Plan, predict
-from northfinder.recording import begin
-from northfinder.records import Records, Writer
 from northfinder.wiring import build_rig, event_loop
 
 
@@ -33,19 +30,7 @@ def seek(config: RigConfig, plan: Plan, database: str | None, *, as_json: bool) 
 
     The run is recorded, whatever ends it: see `northfinder runs`.
     """
-    with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
-        result = runner.run(_seek(config, plan, database_url(database, config)))
-    if as_json:
-        click.echo(json.dumps(result))
-    else:
-        print_result(table_console(), result)
-
-
-async def _seek(config: RigConfig, plan: Plan, url: str) -> dict[str, Any]:
-    with Records.open(url) as store, LiveProgress() as progress:
-        async with Writer(store) as writer, build_rig(config) as rig:
-            run = await begin(rig, plan, writer, progress.show)
-            return await run.carry_out()
+    carry_out(config, plan, database, as_json=as_json)
 
 
 @click.command("plan", short_help="Say what a north-seek would take; move nothing.")

@@ -82,7 +82,7 @@ async def collect(
             )
             parts.append(part)
     samples = _joined(parts, expected)
-    _check_usable(axis, samples)
+    check_usable(axis, samples)
     return samples
 
 
@@ -99,7 +99,12 @@ def _joined(parts: Sequence[_Part], expected: int) -> Samples:
     return Samples(tick[inside], time_s[inside], value[inside], valid[inside], expected)
 
 
-def _check_usable(axis: SensingAxis, samples: Samples) -> None:
+def check_usable(axis: SensingAxis, samples: Samples) -> None:
+    """Refuse samples of which fewer than half are usable.
+
+    Raises:
+        AcquisitionError: They are; the message says how many were lost and how many invalid.
+    """
     usable = len(samples) - samples.invalid
     if usable < max(2, samples.expected // 2):
         msg = (

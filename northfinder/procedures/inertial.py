@@ -127,6 +127,14 @@ class StretchReader:
         self._parts: list[SampleBlock] = []
         self._next_tick: int | None = None
 
+    @property
+    def next_tick(self) -> int:
+        """Return where the next stretch begins; known once one has been taken."""
+        if self._next_tick is None:
+            msg = "no stretch has been taken yet"
+            raise RuntimeError(msg)
+        return self._next_tick
+
     async def take(self, ticks: int) -> SampleBlock:
         """Return the next stretch; what was lost on the way is missing, of a long gap all.
 
@@ -140,11 +148,11 @@ class StretchReader:
         self._next_tick = begin
         while self._parts[-1].tick[-1] < begin + ticks - 1:
             self._parts.append(await self._next())
-        whole = _joined(self._parts)
+        whole = joined(self._parts)
         cut = int(np.searchsorted(whole.tick, begin + ticks))
         self._next_tick = begin + ticks
-        self._parts = [_part(whole, slice(cut, None))] if cut < len(whole) else []
-        return _part(whole, slice(0, cut))
+        self._parts = [part_of(whole, slice(cut, None))] if cut < len(whole) else []
+        return part_of(whole, slice(0, cut))
 
     async def _next(self) -> SampleBlock:
         """Return the next samples that count."""
@@ -152,15 +160,17 @@ class StretchReader:
             block = await self._listener.next(SILENCE_S)
             begin = int(np.searchsorted(block.time_s, self._start_s))
             if begin < len(block):
-                return _part(block, slice(begin, None))
+                return part_of(block, slice(begin, None))
 
 
-def _joined(blocks: Sequence[SampleBlock]) -> SampleBlock:
+def joined(blocks: Sequence[SampleBlock]) -> SampleBlock:
+    """Return samples that follow one another as one block."""
     columns = zip(*map(_columns, blocks), strict=True)
     return SampleBlock(*(np.concatenate(column) for column in columns))
 
 
-def _part(block: SampleBlock, some: slice) -> SampleBlock:
+def part_of(block: SampleBlock, some: slice) -> SampleBlock:
+    """Return some of the samples."""
     return SampleBlock(*(column[some] for column in _columns(block)))
 
 

@@ -6,10 +6,17 @@ from typing import Final
 
 from pydantic import BaseModel
 
-from northfinder.procedures import north_seek
+from northfinder.procedures import alignment, heading_hold, noise, north_seek
 from northfinder.procedures.procedure import Procedure
 
-PROCEDURES: Final[Mapping[str, Procedure]] = MappingProxyType({"north-seek": north_seek})
+PROCEDURES: Final[Mapping[str, Procedure]] = MappingProxyType(
+    {
+        "north-seek": north_seek,
+        "alignment": alignment,
+        "noise": noise,
+        "heading-hold": heading_hold,
+    }
+)
 
 
 def procedure_of(plan: BaseModel) -> Procedure:

@@ -1,8 +1,8 @@
 """One stop of the table: turn to an angle, settle, and collect both axes."""
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from drivers.errors import DriverError
@@ -38,14 +38,27 @@ async def measure(rig: Rig, stop: Stop, run_began_s: float, where: str) -> Visit
     Raises:
         AcquisitionError: The table, a sensor or the settling failed.
     """
-    try:
+    with acquisition_errors(where):
         return await _measure(rig, stop, run_began_s)
+
+
+@contextmanager
+def acquisition_errors(where: str) -> Iterator[None]:
+    """Turn whatever a driver or a collection raises into one error that says where it happened.
+
+    Raises:
+        AcquisitionError: It did.
+    """
+    try:
+        yield
     except (DriverError, AcquisitionError) as error:
         reason: Exception = error
     except ExceptionGroup as both:  # of the two collections; the first that failed says why
         reason = both.exceptions[0]
         if not isinstance(reason, DriverError | AcquisitionError):
             raise
+    else:
+        return
     msg = f"{where}: {reason}"
     raise AcquisitionError(msg) from reason
 

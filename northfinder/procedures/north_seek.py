@@ -7,8 +7,8 @@ from northfinder.procedures.events import Emit
 from northfinder.procedures.gate import Gate
 from northfinder.procedures.journey import Journey
 from northfinder.procedures.measuring import table_stopped_at_the_end
-from northfinder.procedures.north_seek_json import headline
 from northfinder.procedures.north_seek_json import north_seek_json as result_json
+from northfinder.procedures.plain_json import headline
 from northfinder.procedures.plan import Plan
 from northfinder.procedures.planning import Prediction, predict
 from northfinder.procedures.reduction import NorthSeek, reduce_visits

@@ -1,18 +1,17 @@
 """A north-seek's result as REST, the records and the command line show it: degrees, plain JSON."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from northfinder.estimators.checks import Check
 from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.tilt import TiltEstimate
-from northfinder.procedures.events import Estimate, Progress
+from northfinder.procedures.events import Estimate
+from northfinder.procedures.plain_json import checks_json, or_null, visit_json, wrapped_deg
 from northfinder.procedures.planning import budget_json
 from northfinder.procedures.reduction import NorthSeek
-from northfinder.procedures.visits import Visit
 from northfinder.samples import Samples
 from northfinder.units import DEG, DEG_PER_HOUR, DEG_PER_HOUR_PER_HOUR
 
@@ -28,17 +27,17 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
         seek.solutions["coordinate_transform"],
         seek.budgets["coordinate_transform"],
     )
-    azimuth_deg = _wrapped_deg(float(solution.azimuth_rad) / DEG)
+    azimuth_deg = wrapped_deg(float(solution.azimuth_rad) / DEG)
     half_width_deg = float(budget.interval95_rad) / DEG
     earth = seek.earth_rate
     return {
         "azimuth_deg": azimuth_deg,
         "azimuth_sigma_deg": float(budget.sigma_rad) / DEG,
         "azimuth_interval95_deg": [azimuth_deg - half_width_deg, azimuth_deg + half_width_deg],
-        "reference_azimuth_deg": _wrapped_deg(azimuth_deg + seek.reference_offset_rad / DEG),
+        "reference_azimuth_deg": wrapped_deg(azimuth_deg + seek.reference_offset_rad / DEG),
         "solutions": {
             method: {
-                "azimuth_deg": _wrapped_deg(float(seek.solutions[method].azimuth_rad) / DEG),
+                "azimuth_deg": wrapped_deg(float(seek.solutions[method].azimuth_rad) / DEG),
                 "sigma_deg": float(seek.budgets[method].sigma_rad) / DEG,
             }
             for method in seek.solutions
@@ -52,10 +51,10 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
         "earth_rate": {
             "horizontal_measured_deg_h": float(earth.measured_rad_s) / DEG_PER_HOUR,
             "horizontal_expected_deg_h": float(earth.expected_rad_s) / DEG_PER_HOUR,
-            "z": _or_null(earth.z),
+            "z": or_null(earth.z),
         },
         "budget": budget_json(budget),
-        "checks": _checks_json(seek.checks),
+        "checks": checks_json(seek.checks),
         "visits": [visit_json(visit) for visit in seek.visits],
     }
 
@@ -63,46 +62,14 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
 def estimate_json(estimate: Estimate) -> JsonObject:
     """Return north so far, in the result's own names."""
     return {
-        "azimuth_deg": _wrapped_deg(estimate.azimuth_rad / DEG),
+        "azimuth_deg": wrapped_deg(estimate.azimuth_rad / DEG),
         "azimuth_sigma_deg": estimate.sigma_rad / DEG,
         "visits": estimate.visits,
         "gyro_fit": _gyro_fit_json(estimate.gyro, ()),
         "segments": _segments_json(estimate.gyro),
         "tilt": _tilt_json(estimate.tilt),
-        "checks": _checks_json(estimate.checks),
+        "checks": checks_json(estimate.checks),
     }
-
-
-def headline(numbers: Mapping[str, Any]) -> JsonObject:
-    """Return what a list of runs shows of a result, or of north so far."""
-    checks = numbers["checks"]
-    statuses = [check["status"] for check in checks]
-    return {
-        "azimuth_deg": numbers["azimuth_deg"],
-        "azimuth_sigma_deg": numbers["azimuth_sigma_deg"],
-        "checks": {status: statuses.count(status) for status in ("pass", "warn", "fail")},
-        "attention": [check["name"] for check in checks if check["status"] != "pass"],
-    }
-
-
-def progress_json(progress: Progress) -> JsonObject:
-    """Return how far a run is, and what it does now."""
-    angle_rad = progress.angle_rad
-    return {
-        "progress": progress.fraction,
-        "left_s": progress.left_s,
-        "phase": progress.phase,
-        "doing": progress.sentence(),
-        "visit": progress.visit,
-        "visits": progress.visits,
-        "angle_deg": None if angle_rad is None else angle_rad / DEG,
-    }
-
-
-def _wrapped_deg(angle_deg: float) -> float:
-    """Return it in [0, 360): of a tiny negative angle, Python's remainder is 360 itself."""
-    wrapped = angle_deg % 360.0
-    return wrapped if wrapped < 360.0 else 0.0
 
 
 def _segments_json(gyro: HarmonicFit) -> list[JsonObject]:
@@ -123,12 +90,6 @@ def _gyro_fit_json(fit: HarmonicFit, samples: Sequence[Samples]) -> JsonObject:
     return _fit_json(fit, samples, DEG_PER_HOUR, "deg_h", "deg2_h2")
 
 
-def _checks_json(checks: Sequence[Check]) -> list[JsonObject]:
-    return [
-        {"name": check.name, "status": check.status, "detail": check.detail} for check in checks
-    ]
-
-
 def _fit_json(
     fit: HarmonicFit, samples: Sequence[Samples], unit: float, suffix: str, squared: str
 ) -> JsonObject:
@@ -140,8 +101,8 @@ def _fit_json(
         f"a_{suffix}": float(fit.a) / unit,
         f"b_{suffix}": float(fit.b) / unit,
         f"covariance_{squared}": [[float(value) for value in row] for row in covariance],
-        f"residual_sigma_{suffix}": _or_null(fit.residual_sigma / unit),
-        "chi2": _or_null(chi2),
+        f"residual_sigma_{suffix}": or_null(fit.residual_sigma / unit),
+        "chi2": or_null(chi2),
         "dof": fit.dof,
     }
 
@@ -156,32 +117,8 @@ def _chi2_within(fit: HarmonicFit, samples: Sequence[Samples]) -> float:
 def _tilt_json(tilt: TiltEstimate) -> JsonObject:
     return {
         "epsilon_deg": float(tilt.epsilon_rad) / DEG,
-        "zeta_deg": _or_null(tilt.zeta_rad / DEG),
+        "zeta_deg": or_null(tilt.zeta_rad / DEG),
         "pitch_deg": float(tilt.pitch_rad) / DEG,
         "roll_deg": float(tilt.roll_rad) / DEG,
         "sigma_deg": float(tilt.sigma_rad) / DEG,
     }
-
-
-def visit_json(visit: Visit) -> JsonObject:
-    """Return one row of the record."""
-    return {
-        "index": visit.index,
-        "segment": visit.segment,
-        "repeats": visit.repeats,
-        "direction": visit.direction,
-        "angle_deg": visit.angle_rad / DEG,
-        "gyro_mean_deg_h": visit.gyro.mean / DEG_PER_HOUR,
-        "gyro_sigma_deg_h": visit.gyro.sigma / DEG_PER_HOUR,
-        "accel_mean_g": visit.accelerometer.mean,
-        "accel_sigma_g": visit.accelerometer.sigma,
-        "samples": len(visit.gyro),
-        "lost": visit.gyro.lost + visit.accelerometer.lost,
-        "start_s": visit.start_s,
-        "turned_deg": None if visit.turned_rad is None else visit.turned_rad / DEG,
-    }
-
-
-def _or_null(value: Any) -> float | None:  # noqa: ANN401 - a number in any of numpy's guises
-    number = float(value)
-    return number if math.isfinite(number) else None

@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.interfaces import Role
 from northfinder.config import BaseMotion, SimulationConfig
-from northfinder.procedures.north_seek import Plan
+from northfinder.procedures import alignment, heading_hold, noise, north_seek
+from northfinder.procedures.kinds import PROCEDURES
 from northfinder.records import Run, RunSummary, State
 from northfinder.records.states import LEGAL_STEPS
 from northfinder.wiring.faults import TableFaultSettings
@@ -16,16 +17,50 @@ JsonObject = dict[str, Any]
 Step = Literal["pause", "resume", "abort"]
 
 
-class RunRequest(Plan):
-    """A run to start, or to predict; everything but the kind may be left out."""
+class NorthSeekRequest(north_seek.Plan):
+    """A north-seek; everything but the kind may be left out, as in every request."""
 
     model_config = ConfigDict(strict=True)  # true is no latitude of 1 degree
 
     kind: Literal["north-seek"]
 
-    def plan(self) -> Plan:
-        """Return the plan of its kind."""
-        return Plan(**self.model_dump())
+
+class AlignmentRequest(alignment.Plan):
+    """An alignment, on a base that may rock."""
+
+    model_config = ConfigDict(strict=True)
+
+    kind: Literal["alignment"]
+
+
+class NoiseRequest(noise.Plan):
+    """A static record, and the noise in it."""
+
+    model_config = ConfigDict(strict=True)
+
+    kind: Literal["noise"]
+
+
+class HeadingHoldRequest(heading_hold.Plan):
+    """Keeping the heading that a run found."""
+
+    model_config = ConfigDict(strict=True)
+
+    kind: Literal["heading-hold"]
+
+
+#: A run to start, or to predict.
+RunRequest = Annotated[
+    NorthSeekRequest | AlignmentRequest | NoiseRequest | HeadingHoldRequest,
+    Field(discriminator="kind"),
+]
+
+
+def plan_of_request(request: BaseModel) -> BaseModel:
+    """Return the plan that a request asks for, of its own procedure."""
+    given = request.model_dump()
+    plan: BaseModel = PROCEDURES[given["kind"]].Plan(**given)
+    return plan
 
 
 class BudgetLine(BaseModel):
@@ -44,15 +79,18 @@ class ScheduledVisit(BaseModel):
 
 
 class Prediction(BaseModel):
-    """What a plan would take and bring; device time, one sigma."""
+    """What a plan would take and bring; device time, one sigma.
+
+    A static record promises no azimuth, and only a north-seek has a schedule of angles.
+    """
 
     duration_s: float
-    azimuth_sigma_deg: float
-    motion_limits: JsonObject
-    budget: list[BudgetLine]
+    azimuth_sigma_deg: float | None = None
+    motion_limits: JsonObject | None = None
+    budget: list[BudgetLine] = []
     warnings: list[str]
     plan: JsonObject
-    schedule: list[ScheduledVisit]
+    schedule: list[ScheduledVisit] = []
 
 
 class CheckCounts(BaseModel):
@@ -112,7 +150,7 @@ class Detail(Summary):
             software=run.software,
             prediction=run.prediction,
             result=run.result,
-            steps=legal_steps(run.state, pausing=pausing),
+            steps=steps_of(run, pausing=pausing),
             last_seq=run.last_seq,
         )
 
@@ -254,13 +292,19 @@ class Faults(BaseModel):
     faults: dict[str, JsonObject]
 
 
-def legal_steps(state: State, *, pausing: bool) -> list[Step]:
-    """Return what may be asked of a run; a run that is about to pause may be told to go on."""
+def steps_of(run: RunSummary, *, pausing: bool) -> list[Step]:
+    """Return what may be asked of a run; one that is about to pause may be told to go on."""
+    return legal_steps(run.state, pausing=pausing, resumable=PROCEDURES[run.kind].RESUMABLE)
+
+
+def legal_steps(state: State, *, pausing: bool, resumable: bool = True) -> list[Step]:
+    """Return what may be asked of a run in a state."""
     steps: list[Step] = []
     legal = LEGAL_STEPS[state]
-    if "paused" in legal and not pausing:
+    if resumable and "paused" in legal and not pausing:
         steps.append("pause")
-    if state in {"paused", "failed", "interrupted"} or (state == "running" and pausing):
+    waits = state in {"paused", "failed", "interrupted"} or (state == "running" and pausing)
+    if resumable and waits:
         steps.append("resume")
     if "aborted" in legal:
         steps.append("abort")

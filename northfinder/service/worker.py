@@ -7,9 +7,10 @@ import asyncio
 import logging
 from typing import Any
 
+from pydantic import BaseModel
+
 from drivers.errors import DriverError
 from northfinder.formatting import sentence_of
-from northfinder.procedures.north_seek import Plan
 from northfinder.recording import Ending, Publish, begin, resume
 from northfinder.records import (
     Idempotency,
@@ -22,6 +23,7 @@ from northfinder.records import (
 from northfinder.rig import Rig, Simulation
 from northfinder.service.errors import RigOfflineError
 from northfinder.service.run_slot import RunSlot
+from northfinder.starting import with_start
 from northfinder.telemetry import RigTelemetry, unreached
 
 JsonObject = dict[str, Any]
@@ -91,7 +93,7 @@ class Worker:
             _LOG.warning("run %s was abandoned by its process: interrupted", event.run_id)
             self._publish(event)
 
-    async def start(self, plan: Plan, idempotency: Idempotency | None) -> str:
+    async def start(self, plan: BaseModel, idempotency: Idempotency | None) -> str:
         """Begin a run and return its id.
 
         Raises:
@@ -105,7 +107,9 @@ class Worker:
             if idempotency and (earlier := await self._same_request(idempotency)):
                 return earlier
             self._slot.require_empty()
-            run = await begin(self.rig(), plan, self._writer, self._publish, idempotency)
+            rig = self.rig()
+            chosen = await asyncio.to_thread(with_start, plan, self._records, rig.name)
+            run = await begin(rig, chosen, self._writer, self._publish, idempotency)
             self._slot.fill(run)
             return run.id
 

@@ -6,11 +6,13 @@ from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from pydantic import BaseModel
+
 from northfinder.config import RigConfig, load_config
-from northfinder.procedures.events import Event
-from northfinder.procedures.north_seek import Plan, run
-from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
-from northfinder.rig import Rig
+from northfinder.procedures.events import Event, Progress
+from northfinder.procedures.kinds import procedure_of
+from northfinder.procedures.north_seek import Plan
+from northfinder.rig import JsonObject, Rig
 from northfinder.wiring import SimulatedWorld, build_rig, event_loop
 from sim.world import World
 
@@ -73,14 +75,15 @@ def nothing(_: World, __: Event) -> None: ...
 
 
 def seek(
-    plan: Plan = SHORT, meanwhile: Meanwhile = nothing, /, **sections: dict[str, Any]
+    plan: BaseModel = SHORT, meanwhile: Meanwhile = nothing, /, **sections: dict[str, Any]
 ) -> Outcome:
-    """Run a north-seek in virtual time and keep what came of it, an error too."""
+    """Carry a plan out in virtual time, a north-seek's or another's; keep an error too."""
     config = config_of(**sections)
     return virtually(config, _seek(config, plan, meanwhile))
 
 
-async def _seek(config: RigConfig, plan: Plan, meanwhile: Meanwhile) -> Outcome:
+async def _seek(config: RigConfig, plan: BaseModel, meanwhile: Meanwhile) -> Outcome:
+    procedure = procedure_of(plan)
     events: list[Event] = []
     loop = asyncio.get_running_loop()
     async with build_rig(config) as rig:
@@ -92,12 +95,28 @@ async def _seek(config: RigConfig, plan: Plan, meanwhile: Meanwhile) -> Outcome:
 
         result, error = None, None
         try:
-            result = north_seek_json(await run(rig, plan, emit))
+            chosen = procedure.predict(plan, rig).plan
+            result = procedure.result_json(await procedure.run(rig, chosen, emit))
+            result["plan"] = chosen.model_dump(mode="json")
         except Exception as failure:  # noqa: BLE001 - the test says what it should have been
             error = failure
         ended_s = loop.time()
         at_rest = world.plate.end_s <= ended_s
         return Outcome(result, error, events, ended_s - began_s, at_rest, ended_s)
+
+
+def silent_for(duration_s: float, within: tuple[float, float]) -> Meanwhile:
+    """Unplug the gyro once the run is so far, and plug it in again after a while; only once."""
+    done: list[Event] = []
+
+    def unplug(world: World, event: Event) -> None:
+        if isinstance(event, Progress) and within[0] < event.fraction < within[1] and not done:
+            done.append(event)
+            faults = world.faults("gyro")
+            faults.silent = True
+            asyncio.get_running_loop().call_later(duration_s, setattr, faults, "silent", False)
+
+    return unplug
 
 
 def sigmas_off(result: JsonObject, azimuth_deg: float) -> float:

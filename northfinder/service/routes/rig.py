@@ -5,11 +5,12 @@ from collections.abc import AsyncIterator
 from fastapi import APIRouter
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from northfinder.procedures.north_seek import predict
-from northfinder.service.messages import Prediction, Rig, RunRequest, Stopped
+from northfinder.procedures.kinds import procedure_of
+from northfinder.service.messages import Prediction, Rig, RunRequest, Stopped, plan_of_request
 from northfinder.service.parts import PartsOf
 from northfinder.service.problems import problem_responses
 from northfinder.service.worker import JsonObject, Worker
+from northfinder.starting import with_start
 
 router = APIRouter(tags=["rig"])
 
@@ -40,4 +41,6 @@ async def stop_rig(parts: PartsOf) -> JsonObject:
 @router.post("/plans", response_model=Prediction, responses=problem_responses(422, 503))
 def predict_run(request: RunRequest, parts: PartsOf) -> JsonObject:
     """What a run would take and bring; moves nothing."""
-    return predict(request.plan(), parts.thread.rig()).to_json()
+    rig = parts.thread.rig()
+    plan = with_start(plan_of_request(request), parts.records, rig.name)
+    return procedure_of(plan).predict(plan, rig).to_json()

@@ -9,7 +9,15 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from starlette.concurrency import run_in_threadpool
 
 from northfinder.records import Idempotency, Run, State, UnknownRunError
-from northfinder.service.messages import Detail, RunPage, RunRequest, Step, Summary, legal_steps
+from northfinder.service.messages import (
+    Detail,
+    RunPage,
+    RunRequest,
+    Step,
+    Summary,
+    plan_of_request,
+    steps_of,
+)
 from northfinder.service.parts import Parts, PartsOf
 from northfinder.service.problems import Problem, problem_responses
 from northfinder.service.routes.run_ids import RunId
@@ -39,7 +47,7 @@ async def start_run(
     if key is not None:
         body = request.model_dump_json().encode()
         idempotency = Idempotency(key, hashlib.sha256(body).hexdigest())
-    plan = request.plan()
+    plan = plan_of_request(request)
     run_id = await parts.thread.call(lambda worker: worker.start(plan, idempotency))
     response.headers["Location"] = f"/api/v1/runs/{run_id}"
     parts.feed.wake()
@@ -145,7 +153,7 @@ async def _legal(parts: Parts, run_id: str, step: Step) -> Run:
         IllegalStepError: It is not; the message names what is.
     """
     run = await run_in_threadpool(parts.records.run, run_id)
-    legal = legal_steps(run.state, pausing=parts.thread.will_pause(run.id))
+    legal = steps_of(run, pausing=parts.thread.will_pause(run.id))
     if step not in legal:
         ways = f"only {' or '.join(legal)}" if legal else "nothing else, it is over"
         sentence = f"Run {run.id} is {run.state}: it takes no {step}, {ways}."

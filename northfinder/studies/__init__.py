@@ -1,0 +1,1 @@
+"""The papers worked through: every claim measured, with a verdict."""
