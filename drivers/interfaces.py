@@ -17,7 +17,7 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 Role = Literal["gyro", "accelerometer", "turntable"]
-Transport = Literal["serial", "can"]
+Transport = Literal["serial", "can", "none"]
 
 
 class Chunk(NamedTuple):

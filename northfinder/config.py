@@ -74,6 +74,7 @@ class TurntableConfig(_Section):
     """The table; its angles count counter-clockwise seen from above unless it says otherwise.
 
     A CiA 402 drive's position units per turn need only be given where it does not tell them.
+    Driver ``fixed`` is a rig without a table: it aligns, but seeks no north.
     """
 
     driver: str = "zaber"
@@ -81,6 +82,18 @@ class TurntableConfig(_Section):
     angle_sigma_deg: SigmaDeg = 0.001
     positive_direction: Literal["counter-clockwise", "clockwise"] = "counter-clockwise"
     units_per_turn: Annotated[float, Field(gt=0.0, le=1e12)] | None = None
+
+    @model_validator(mode="after")
+    def _no_link_where_nothing_turns(self) -> Self:
+        if not self.turns and "link" in self.model_fields_set:
+            msg = f"a fixed mount has no link: leave link = {self.link!r} out, or name a driver"
+            raise ValueError(msg)
+        return self
+
+    @property
+    def turns(self) -> bool:
+        """Return whether there is a table."""
+        return self.driver != "fixed"
 
 
 class _SensorConfig(_Section):

@@ -1,4 +1,4 @@
-"""The Earth's rate and normal gravity, WGS 84.
+"""The Earth's rate, figure and normal gravity, WGS 84.
 
 Constants from NIMA TR8350.2, third edition; gravity is its
 Somigliana formula (4-1) with the height expansion (4-3).
@@ -32,6 +32,13 @@ def earth_rate_n(latitude_rad: float) -> Vector3:
         Rate of the Earth relative to inertial space, rad/s, shape ``(3,)``.
     """
     return EARTH_RATE_RAD_S * np.array([0.0, math.cos(latitude_rad), math.sin(latitude_rad)])
+
+
+def curvature_radii_m(latitude_rad: float) -> tuple[float, float]:
+    """Radii of curvature of the ellipsoid, in the meridian and in the prime vertical, m."""
+    x = 1.0 - _ECCENTRICITY_SQUARED * math.sin(latitude_rad) ** 2
+    normal = _SEMI_MAJOR_AXIS_M / math.sqrt(x)
+    return normal * (1.0 - _ECCENTRICITY_SQUARED) / x, normal
 
 
 def normal_gravity_m_s2(latitude_rad: float, height_m: float = 0.0) -> float:

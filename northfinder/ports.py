@@ -78,12 +78,12 @@ def links(config: RigConfig) -> list[str]:
 
 
 def sections(config: RigConfig) -> tuple[tuple[Role, AnySection], ...]:
-    """Return every instrument's section by its role."""
-    return (
-        ("turntable", config.turntable),
+    """Return the section of every instrument that has a link, by its role."""
+    sensors: tuple[tuple[Role, AnySection], ...] = (
         ("gyro", config.gyro),
         ("accelerometer", config.accelerometer),
     )
+    return (("turntable", config.turntable), *sensors) if config.turntable.turns else sensors
 
 
 def shares_the_gyros_port(config: RigConfig) -> bool:

@@ -146,6 +146,11 @@ class Rig:
         return self.config.site.name
 
     @property
+    def turns(self) -> bool:
+        """Return whether there is a table at all."""
+        return self.config.turntable.turns
+
+    @property
     def motion_limits(self) -> MotionLimits:
         """Return how fast the table turns."""
         return self._turntable.limits

@@ -34,6 +34,7 @@ class WorldSettings:
         clockwise: Whether the table's positive direction is clockwise seen from above.
         seed: Equal seeds give equal worlds, bit for bit.
         rocking: How the bench's base moves; None where it stands still.
+        turns: Whether it has a table; without one the plate stands at its reference for ever.
     """
 
     truth: Truth
@@ -43,6 +44,7 @@ class WorldSettings:
     clockwise: bool
     seed: int
     rocking: RockingSettings | None = None
+    turns: bool = True
 
 
 class World:
@@ -62,7 +64,7 @@ class World:
         table_seed, *self._seeds = np.random.SeedSequence(settings.seed).spawn(16)
         random = np.random.default_rng(table_seed)
         # The reference is not where the table happens to stand: a run begins by homing.
-        start_rad = float(random.uniform(0.0, np.pi))
+        start_rad = float(random.uniform(0.0, np.pi)) if settings.turns else 0.0
         self.plate = Plate(start_rad, settings.table_sigma_rad, random)
         self.bench = Bench(
             settings.truth, self.plate, clockwise=settings.clockwise, rocking=settings.rocking

@@ -3,9 +3,9 @@
 import { openRun, post, startRun } from "./api.js";
 import { $, all, setIcon, write } from "./dom.js";
 import { plusMinus } from "./format.js";
-import { why } from "./form.js";
+import { prepare, why } from "./form.js";
 import { t } from "./i18n.js";
-import { ENDED, doubtful, measured, north, phase, place, reason, schedule } from "./run.js";
+import { ENDED, doubtful, measured, north, phase, place, reason, resumable, schedule } from "./run.js";
 
 const SHAPES = { failed: "stopped", interrupted: "warn", aborted: "ended" };
 
@@ -25,7 +25,9 @@ export function mount(store) {
     if (ENDED.includes(state)) await openRun(run_id, store); // its stream had ended
   });
   for (const button of all("[data-step]")) button.addEventListener("click", () => take(button.dataset.step));
-  for (const button of all("[data-again]")) button.addEventListener("click", () => ask("again", ({ plan }) => startRun(plan, store)));
+  for (const button of all("[data-again]")) button.addEventListener("click", () => ask("again", ({ plan }) => startRun(anew(plan), store)));
+  $("hold-heading").addEventListener("click", () => prepare("heading-hold", { from_run: store.state.run.run_id }, store));
+  $("use-dwell").addEventListener("click", () => prepare("north-seek", { dwell_s: Number(store.state.run.result.suggestion.dwell_s.toPrecision(2)), target_sigma_deg: "" }, store));
   $("compare-runs").addEventListener("click", () => store.set({ compare: [store.state.run, other(store.state)].map((run) => run.run_id) }));
 
   function show(state) {
@@ -33,13 +35,16 @@ export function mount(store) {
     if (!run) return;
     if (asked.run !== run.run_id || asked.state !== run.state) asked = {};
     const off = connection !== "live" || Boolean(asked.step);
-    for (const button of all("[data-step]")) button.disabled = off;
+    for (const button of all("[data-step]")) [button.disabled, button.hidden] = [off, !run.steps.includes(button.dataset.step)];
     for (const button of all("[data-again]")) button.disabled = off || why({ ...state, planError: null }) !== null;
     $("compare-runs").disabled = !other(state);
+    $("use-dwell").hidden = !run.result?.suggestion;
+    $("hold-heading").classList.toggle("primary", run.kind === "alignment");
+    $("afresh").hidden = phase(state) === "stopped" && resumable(run); // there it is carried on
     $("certificate").classList.toggle("primary", !doubtful(run));
-    $("again").classList.toggle("primary", doubtful(run)); // of a north that is not to be used no certificate is wanted
+    $("again").classList.toggle("primary", doubtful(run) && run.kind === "north-seek"); // of a north that is not to be used no certificate is wanted
     for (const link of all("[data-get]")) link.href = `/api/v1/runs/${run.run_id}/${link.dataset.get}`;
-    const usual = { running: "say.keep", paused: "say.paused" }[phase(state)] ?? "";
+    const usual = { running: resumable(run) ? "say.keep" : "say.kept", paused: "say.paused" }[phase(state)] ?? "";
     const said = off ? (asked.step ? `asked.${asked.step}` : "The service cannot be reached.") : usual;
     for (const note of all(".said")) write(note, asked.refused ?? t(said));
     if (SHAPES[run.state]) showMessage(state);
@@ -61,7 +66,17 @@ function keepFocus(store) {
   });
 }
 
+// What the service filled in of its own is of that day: it is asked for again.
+const anew = ({ start, sensors, sample_period_s, ...plan }) => plan;
+
 const other = ({ run, runs }) => runs.find((one) => one.run_id !== run.run_id && one.state === "completed" && one.kind === run.kind);
+
+// Without a turning table nothing can be carried on: what the base did meanwhile is not known.
+function showUnresumable(run, means, n) {
+  const finds = run.kind === "alignment"; // a heading that was held is not held any more
+  write($("means"), [n && t("means.samples"), finds && (means || t("means.none"))].filter(Boolean).join(" "));
+  write($("what-to-do"), t(run.state === "failed" ? "do.afresh" : "do.aborted"));
+}
 
 // What happened, what it means for north, what to do.
 function showMessage(state) {
@@ -75,6 +90,7 @@ function showMessage(state) {
   const known = north(state)?.azimuth_sigma_deg;
   const predicted = run.prediction?.azimuth_sigma_deg;
   const means = t(!known ? "means.nothing" : predicted ? "means.instead" : "means.known", { u: plusMinus(known, units), v: plusMinus(predicted, units) });
+  if (!resumable(run)) return showUnresumable(run, known && means, n);
   write($("means"), n ? `${t("means.kept", { n, all: planned.length })} ${means}` : t("means.none"));
   write($("what-to-do"), t(n || run.state === "aborted" ? `do.${run.state}` : "do.empty"));
   write($("resume-at"), t("Resume at position {n}", place(planned, n)));

@@ -149,7 +149,7 @@ class Following {
   }
 
   grow(list, data) {
-    this.lists[list] = [...this.lists[list], data];
+    this.lists[list].push(data); // in place: a hold of a day has 86 400 estimates
     this.store.set({ [list]: this.lists[list] });
   }
 

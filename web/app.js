@@ -13,17 +13,25 @@ import { ENDED, phase } from "./run.js";
 import { createStore } from "./store.js";
 
 const some = ({ run }) => run !== null;
+const turning = ({ run }) => run?.kind === "north-seek";
+const tracking = ({ run }) => ["alignment", "heading-hold"].includes(run?.kind);
+const recording = ({ run }) => run?.kind === "noise";
 
 // What the first look can do without: each loaded once there is something for it to show.
 const PANELS = {
   budget: ({ run, prediction }) => run ?? prediction,
-  fit: some,
+  fit: turning,
+  track: tracking,
+  allan: recording,
   checks: some,
   history: some,
   control: some,
   events: (state) => some(state) && phase(state) !== "completed",
-  settle: (state) => ["running", "paused"].includes(phase(state)),
-  result: ({ run }) => run?.result,
+  settle: (state) => turning(state) && ["running", "paused"].includes(phase(state)),
+  sureness: tracking,
+  figures: recording,
+  result: (state) => turning(state) && state.run.result,
+  attitude: (state) => tracking(state) && state.run.result,
   compare: ({ compare }) => compare.length > 1,
 };
 
@@ -89,6 +97,6 @@ function mountChoices() {
   }
   for (const button of all("[data-unit]")) button.addEventListener("click", () => store.set({ units: button.dataset.unit }));
   store.on("rig", ({ rig: now }) => { $("simulation").hidden = !now?.simulated; });
-  $("simulation").addEventListener("toggle", () => load("simulation"), { once: true });
+  for (const fold of ["simulation", "studies"]) $(fold).addEventListener("toggle", () => load(fold), { once: true });
   $("simulation").addEventListener("toggle", ({ target }) => target.open && target.scrollIntoView());
 }

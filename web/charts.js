@@ -42,14 +42,14 @@ export function createChart(figure, store, keys, build) {
     const style = getComputedStyle(figure);
     const look = { width, size: parseFloat(style.fontSize) };
     for (const name of COLOURS) look[name] = style.getPropertyValue(`--${name}`);
-    const { visits } = store.state;
+    const { length } = store.state.visits;
     const { data, layout, text } = build(look);
     const margin = { l: 4 * look.size, r: look.size, t: 2 * look.size, b: 2 * look.size, ...layout.margin };
     await plotly.react(plot, data, {
       paper_bgcolor: "transparent", plot_bgcolor: "transparent", showlegend: false, font: { family: style.fontFamily, size: look.size, color: look.ink3 }, ...layout, width, height, margin,
     }, { staticPlot: true });
     plot.setAttribute("aria-label", text);
-    plot.dataset.visits = visits.length;
+    plot.dataset.visits = length;
   };
   const redraw = () => request(draw);
   store.on(keys, redraw);
@@ -74,6 +74,25 @@ export const points = (x, y, color, symbol, size, sigma, hollow, more) => ({
   mode: "markers", x, y, cliponaxis: false, marker: { color: hollow ?? color, symbol, size, line: { width: hollow ? 1.5 : 0, color } },
   error_y: { visible: Boolean(sigma), array: sigma?.map((s) => 2 * s), width: 0, thickness: 1, color }, ...more,
 });
+
+/** A logarithmic axis: decades alone where there are several of them, else with 2 and 5 between; `range` in decades. */
+export function logAxis(look, [from, to], more) {
+  const steps = to - from > 2.2 ? [1] : [1, 2, 5];
+  const tickvals = [];
+  for (let power = Math.floor(from); power <= to; power++) {
+    for (const step of steps) if (Math.log10(step) + power >= from && Math.log10(step) + power <= to) tickvals.push(+`${step}e${power}`);
+  }
+  return axis(look, { type: "log", range: [from, to], tickvals, ticktext: tickvals.map(plain), ...more });
+}
+
+const RAISED = { "-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].entries()) };
+
+// 0.02, 500, 2·10⁻⁵
+function plain(value) {
+  if (value >= 1e-3 && value < 1e5) return String(value);
+  const [digit, power] = value.toExponential(0).split("e");
+  return (digit === "1" ? "10" : `${digit}·10`) + [...power.replace("+", "")].map((one) => RAISED[one]).join("");
+}
 
 /** An axis whose ticks go round with the circle: it may run from 359.8 past 360 to 0.2. */
 export function azimuthAxis(look, from, to) {

@@ -10,6 +10,7 @@ const ALWAYS = ["residuals", "earth rate", "tilt", "drift", "lost samples"];
 const RESULT = ["solvers", "table"]; // named beside them once there is a result
 const STATES = { fail: ["stopped", "red", "failed"], warn: ["warn", "orange", "attention"], pass: ["pass", "", "passed"], unknown: ["unknown", "quiet", "not known yet"] };
 
+const found = (pattern, text, ...names) => Object.fromEntries(names.map((name, k) => [name, pattern.exec(text)[k + 1].replace("-", "−")]));
 const noise = (fit, passed) => [passed ? "random, χ² {chi2} for {dof}" : "not random, χ² {chi2} for {dof}", { chi2: fit.chi2.toFixed(1), dof: fit.dof }];
 const mean = (rows) => rows.reduce((sum, row) => sum + row.residual, 0) / rows.length;
 const solversApart = ({ solutions: { coordinate_transform: one, vector: other } }) => Math.abs(near(one.azimuth_deg - other.azimuth_deg, 0));
@@ -42,16 +43,27 @@ const SENTENCES = {
   },
 };
 
+// Of a kind without a turning table: its own numbers, out of the service's sentence.
+Object.assign(SENTENCES, {
+  gravity: ({ detail }) => ["{mg} mg off local gravity", found(/([-+][\d.]+) mg off/, detail, "mg")],
+  sway: ({ detail }) => ["{sway}′ of the heading, the sensors {others}′", found(/makes ([\d.]+)'.*sensors ([\d.]+)'/, detail, "sway", "others")],
+  "gyro bias": ({ detail, state }) => (state.run.kind === "alignment" ? ["may turn the heading by {deg}°", found(/by ([\d.]+) deg/, detail, "deg")] : ["{rate} °/h at rest", found(/bias was ([\d.]+) deg/, detail, "rate")]),
+  gaps: ({ latest }) => ["began anew {restarts} times, {bridged} samples bridged", { restarts: latest.restarts, bridged: count(latest.bridged_samples) }],
+  stillness: ({ detail }) => ["{mg} mg from beginning to end", found(/by ([\d.]+) mg/, detail, "mg")],
+});
+
 function judge(state) {
   const { run } = state;
   const latest = newest(state);
   const checks = [...(latest?.checks ?? [])];
   const add = (name, status, detail, words) => checks.push({ name, status, detail, words });
   if (latest?.solutions) add("solvers", solversApart(latest) < latest.azimuth_sigma_deg / 10 ? "pass" : "warn", t("solvers.detail"));
-  for (const name of ALWAYS) if (!checks.some((check) => check.name === name)) add(name, "unknown", "", name === "drift" && run ? t("known after the way back") : "");
+  for (const name of always(run)) if (!checks.some((check) => check.name === name)) add(name, "unknown", "", name === "drift" && run ? t("known after the way back") : "");
   if (run?.state === "failed") add("run", "fail", run.error, reason(run)[0]);
   return checks.map((check) => ({ ...check, words: check.words || sentence(check, { ...check, latest, state, passed: check.status === "pass" }) }));
 }
+
+const always = (run) => (!run || run.kind === "north-seek" ? ALWAYS : []);
 
 function sentence({ name, status }, facts) {
   if (status === "unknown") return "–";
@@ -70,12 +82,13 @@ export function mount(store) {
     const { run, visits } = state;
     const when = !run || run.result ? "" : ENDED.includes(run.state) ? t("on {n} visits", { n: visits.length }) : t("so far");
     const order = ["run", ...ALWAYS, ...RESULT];
-    const first = ({ name, status }) => ["warn", "fail"].includes(status) || ALWAYS.includes(name) || (run?.result && order.includes(name));
+    const first = ({ name, status }) => ["warn", "fail"].includes(status) || ALWAYS.includes(name) || run?.kind !== "north-seek" || (run?.result && order.includes(name));
     const checks = judge(state).sort((a, b) => (b.status === "fail") - (a.status === "fail") || order.indexOf(a.name) - order.indexOf(b.name));
     const others = checks.filter((check) => !first(check));
     fill(head, t("Checks") + when, () => [t("Checks"), " ", h("small", {}, when)]);
     show(list, checks.filter(first));
     show(rest, others);
+    $("checks").hidden = !checks.length;
     folded.hidden = !others.length;
     summary.textContent = t("{n} more, all passed", { n: others.length });
   });

@@ -6,14 +6,18 @@ import { decimals, fixed, locale, near } from "./format.js";
 import { t } from "./i18n.js";
 import { columns, row, titled } from "./tables.js";
 
-const sigma = (fit, k) => Math.sqrt(fit.covariance_deg2_h2[k][k]);
+const fitted = (letter, k) => ({ gyro_fit: fit }) => fit && [fit[`${letter}_deg_h`], Math.sqrt(fit.covariance_deg2_h2[k][k])];
 const NUMBERS = {
   "azimuth, °": (r) => [r.azimuth_deg, r.azimuth_sigma_deg],
-  "R, °/h": ({ gyro_fit: fit }) => [fit.R_deg_h, sigma(fit, 0)],
-  "a, °/h": ({ gyro_fit: fit }) => [fit.a_deg_h, sigma(fit, 1)],
-  "b, °/h": ({ gyro_fit: fit }) => [fit.b_deg_h, sigma(fit, 2)],
-  "tilt ε, °": ({ tilt }) => [tilt.epsilon_deg, tilt.sigma_deg],
+  "R, °/h": fitted("R", 0),
+  "a, °/h": fitted("a", 1),
+  "b, °/h": fitted("b", 2),
+  "tilt ε, °": ({ tilt }) => tilt && [tilt.epsilon_deg, tilt.sigma_deg],
+  "pitch, °": ({ tilt, pitch_deg, level_sigma_deg }) => levelled(tilt?.pitch_deg ?? pitch_deg, tilt?.sigma_deg ?? level_sigma_deg),
+  "roll, °": ({ tilt, roll_deg, level_sigma_deg }) => levelled(tilt?.roll_deg ?? roll_deg, tilt?.sigma_deg ?? level_sigma_deg),
 };
+
+const levelled = (deg, sigma) => (sigma ? [deg, sigma] : null); // a heading that is held states no sigma of the level
 
 export function mount(store) {
   const panel = $("compare");
@@ -31,13 +35,14 @@ export function mount(store) {
   }
 
   function view(all) {
-    const runs = all.filter((run) => run.result);
+    const runs = all.filter((run) => run.result?.azimuth_deg != null);
     const when = (run) => new Date(run.created).toLocaleString(locale(), { dateStyle: "medium", timeStyle: "short" });
-    const rows = Object.entries(NUMBERS).map(([name, pick]) => row(t(name), ...runs.map((run) => plusMinus(...pick(run.result)))));
+    const picked = Object.entries(NUMBERS).map(([name, pick]) => [name, runs.map((run) => pick(run.result))]);
+    const rows = picked.filter(([, cells]) => cells.some(Boolean)).map(([name, cells]) => row(t(name), ...cells.map((cell) => (cell ? plusMinus(...cell) : "–"))));
     rows.push(row(t("azimuth less the first's, °"), ...runs.map((run, k) => (k ? verdict(runs[0].result, run.result) : ""))));
     return [
       titled(t("Compare"), h("button.link", { type: "button", onclick: close }, t("close"))),
-      h("div.scroll", { tabindex: 0, role: "region", "aria-label": t("Compare") }, h("table.rows", {}, h("thead", {}, columns(...runs.map((run) => [when(run), h("small", {}, run.rig_name)]))), h("tbody", {}, ...rows))),
+      h("div.scroll", { tabindex: 0, role: "region", "aria-label": t("Compare") }, h("table.rows", {}, h("thead", {}, columns(...runs.map((run) => [when(run), h("small", {}, `${t(run.kind)} · ${run.rig_name}`)]))), h("tbody", {}, ...rows))),
       h("p.note", {}, t("compare.note"), " ", runs.length < all.length ? t("{n} of the chosen runs have no result.", { n: all.length - runs.length }) : ""),
     ];
   }

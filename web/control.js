@@ -62,7 +62,7 @@ function build(state, look) {
   const n = sound.length;
   const annotations = [heading(look, t("azimuth, °, ±2σ"))];
   const shapes = [];
-  if (!drawn.length) annotations.splice(0, 1, label(t("No run yet."), 0, 1, { xref: "paper", yref: "paper" }));
+  if (!drawn.length) annotations.splice(0, 1, label(t("No north-seek yet."), 0, 1, { xref: "paper", yref: "paper" }));
   if (all) {
     annotations.push(level(`${t("mean")} ${mean}°`, centre));
     shapes.push(line(0, centre, 1, centre, look.edge, { xref: "paper" }));
@@ -78,6 +78,6 @@ function build(state, look) {
       xaxis: axis(look, { visible: drawn.length > 0, range: [-0.6, Math.max(drawn.length, 2) - 0.4], tickvals: ticks.map(([x]) => x), ticktext: ticks.map(([, text]) => text) }),
       yaxis: { ...azimuthAxis(look, low - 2 * room, high + room), visible: drawn.length > 0 },
     },
-    text: n ? t("control.text", { n, mean, scatter: scatter.toFixed(4) }) : t("No run yet."),
+    text: n ? t("control.text", { n, mean, scatter: scatter.toFixed(4) }) : t("No north-seek yet."),
   };
 }

@@ -25,6 +25,7 @@ export function mount(store) {
 }
 
 function build(state, look) {
+  if (state.run?.kind !== "north-seek") return { data: [], layout: {}, text: "" };
   const { rows, value, north } = reduce(state);
   const done = ascending(rows.map((row) => wrap(row.angle_deg)));
   const angles = ascending([...planned(state).map((p) => wrap(p.angle_deg)), ...done]);

@@ -42,6 +42,9 @@ export function plusMinus(sigmaDeg, units) {
   return sigma + sign;
 }
 
+/** The ends of an interval, with three digits. */
+export const interval = ({ lower, upper }) => (upper == null ? `> ${lower.toPrecision(3)}` : `${lower.toPrecision(3)} … ${upper.toPrecision(3)}`);
+
 /** A time to wait: "8 s", "2 min 40 s", "1 h 05 min". */
 export function duration(seconds) {
   const s = Math.max(0, Math.round(seconds));
@@ -55,6 +58,9 @@ export const clock = (iso) => new Date(iso).toLocaleTimeString("en-GB");
 
 /** The locale of dates: day before month in English too, as everywhere but in one country. */
 export const locale = () => (document.documentElement.lang === "en" ? "en-GB" : "zh-CN");
+
+/** The day and the time of day of an ISO time, short. */
+export const dayTime = (iso) => new Date(iso).toLocaleString(locale(), { day: "2-digit", month: "short", hour: "2-digit", minute: "2-digit" }).replace(",", "");
 
 /** A latitude with its hemisphere: "40.000° N". */
 export const latitude = (deg) => `${Math.abs(deg).toFixed(3)}° ${deg < 0 ? "S" : "N"}`;

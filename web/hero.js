@@ -2,9 +2,9 @@
 
 import { showGyro, showNorth as draw } from "./dial.js";
 import { $, all, fill, h, setIcon, write } from "./dom.js";
-import { azimuth, clock, duration, plusMinus } from "./format.js";
+import { azimuth, clock, duration, interval, plusMinus } from "./format.js";
 import { t } from "./i18n.js";
-import { ENDED, doubtful, exaggeration, leftS, measured, north, phase, place, planned, schedule } from "./run.js";
+import { ENDED, doubtful, exaggeration, kindOf, leftS, measured, newest, north, phase, place, planned, schedule } from "./run.js";
 
 const MOST_CELLS = 60; // more would be narrower than can be told apart
 const LATE_S = 3;
@@ -16,9 +16,10 @@ const LOOKS = {
 };
 
 export function mount(store) {
-  store.on(["run", "estimates", "units", "loaded"], (state) => {
+  store.on(["run", "estimates", "units", "loaded", "kind"], (state) => {
     document.body.dataset.phase = phase(state);
     document.body.dataset.state = state.run?.state ?? "";
+    document.body.dataset.kind = kindOf(state);
     showNorth(state);
   });
   store.on(["run", "visits", "estimates", "units", "prediction"], showDial);
@@ -26,7 +27,7 @@ export function mount(store) {
     showGyro((north(state)?.azimuth_deg ?? 0) - state.rig?.table?.angle_deg, state.run?.state === "failed");
   });
   store.on(["run", "visits", "progress", "connection", "loaded", "rig"], showState);
-  store.on(["run", "visits"], showCells);
+  store.on(["run", "visits", "progress"], showCells);
   store.on("run", showVerdict);
   store.on(["run", "prediction", "rig"], showPromise);
   setInterval(() => showState(store.state), 1000);
@@ -36,6 +37,7 @@ const text = ({ value, sign }) => value + sign;
 
 function showNorth(state) {
   const { run, units } = state;
+  if (kindOf(state) === "noise") return showWalk(state);
   const known = north(state);
   const offset = run?.site?.reference_offset_deg;
   const label = t(!run || run.state === "completed" ? "North" : "North so far");
@@ -43,14 +45,30 @@ function showNorth(state) {
   write($("north-label"), label);
   write($("reference"), line ? `${t("reference line")} ${line}` : "");
   for (const button of all("[data-unit]")) button.setAttribute("aria-pressed", button.dataset.unit === units);
-  const shown = known ? azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units) : { value: phase(state) === "running" ? "…" : "–", sign: "", sigma: "" };
+  const shown = known ? azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units) : { value: unknown(state), sign: "", sigma: "" };
   const long = units === "dms" ? "longer" : (shown.value + shown.sigma + shown.sign).length > 14 ? "long" : "";
-  $("azimuth").className = `figures ${known && !doubtful(run) ? "" : "unknown"} ${long}`;
-  write($("azimuth-value").firstChild, shown.value);
-  write($("azimuth-value").lastChild, shown.sign === "°" ? "°" : "");
-  write($("azimuth-u"), shown.sigma && shown.sigma + shown.sign);
-  $("azimuth-sigma").hidden = !known;
+  showFigure(shown.value, shown.sign === "°" ? "°" : "", shown.sigma && shown.sigma + shown.sign, `${known && !doubtful(run) ? "" : "unknown"} ${long}`);
   document.title = known ? `${text(shown)} · northfinder` : "northfinder";
+}
+
+const unknown = (state) => (phase(state) === "running" ? "…" : "–");
+
+function showFigure(value, sign, beside, look) {
+  $("azimuth").className = `figures ${look}`;
+  write($("azimuth-value").firstChild, value);
+  write($("azimuth-value").lastChild, sign);
+  write($("azimuth-u"), beside);
+  $("azimuth-sigma").hidden = !beside;
+}
+
+// A static record finds no north: its figure is how far the gyro's angle walks.
+function showWalk(state) {
+  const walk = newest(state)?.gyro.angle_random_walk_deg_sqrt_h;
+  const seen = walk?.value != null;
+  write($("north-label"), t("Angle random walk"));
+  write($("reference"), seen ? `95 %: ${interval(walk)}` : "");
+  showFigure(seen ? walk.value.toPrecision(3) : unknown(state), "", seen ? "°/√h" : "", seen && !doubtful(state.run) ? "" : "unknown");
+  document.title = "northfinder";
 }
 
 function showDial(state) {
@@ -60,13 +78,14 @@ function showDial(state) {
   const angles = [...new Set(route.map((visit) => visit.angle_deg))];
   const done = new Set(measured(visits).map((visit) => visit.angle_deg));
   const next = route[measured(visits).length]?.angle_deg;
+  const turns = kindOf(state) === "north-seek";
   const factor = exaggeration(run?.prediction?.azimuth_sigma_deg ?? known?.azimuth_sigma_deg);
   const where = known && text(azimuth(known.azimuth_deg, known.azimuth_sigma_deg, units));
   draw({
     azimuthDeg: known?.azimuth_deg ?? null, sigmaDeg: known?.azimuth_sigma_deg ?? 0, factor, angles,
     states: angles.map((deg) => (done.has(deg) ? "on" : run?.state === "failed" && deg === next ? "bad" : "")),
-    label: known ? t("dial.known", { north: where, done: done.size, all: angles.length }) : t("dial.unknown"),
-    note: known ? t("dial.note", { factor }) : angles.length ? t(run ? "dial.mark" : "dial.planned") : "",
+    label: known ? t(turns ? "dial.known" : "dial.north", { north: where, done: done.size, all: angles.length }) : t("dial.unknown"),
+    note: known ? t(turns ? "dial.note" : "dial.still", { factor }) : angles.length ? t(run ? "dial.mark" : "dial.planned") : "",
   });
 }
 
@@ -90,19 +109,24 @@ function stateName({ run, rig, connection, loaded }) {
 function details(state) {
   const { run, visits, progress } = state;
   const route = schedule(run);
+  const turns = route.length > 0;
   const place_now = place(route, measured(visits).length);
-  const at = t(place_now.direction === "back" ? "position {n} of {of} back" : "position {n} of {of} outward", place_now);
+  const at = turns && t(place_now.direction === "back" ? "position {n} of {of} back" : "position {n} of {of} outward", place_now);
   const time = ENDED.includes(run.state) && run.started && run.finished && duration((Date.parse(run.finished) - Date.parse(run.started)) / 1000);
   const left_s = leftS(state);
   const said = {
     queued: [],
-    running: [["homing", "proving", "solving"].includes(progress?.phase) ? t(`phase.${progress.phase}`, { deg: Number(progress.angle_deg?.toFixed(2)) }) : at, left_s !== null && t(left_s < -LATE_S ? "longer than expected" : "{time} left", { time: duration(left_s) })],
-    completed: [run.finished && clock(run.finished), time && t("{n} visits in {time}", { n: route.length, time })],
-  }[run.state] ?? [t("at {place}", { place: at }), time && t("after {time}", { time })];
+    running: [progress && progress.phase !== "measuring" ? t(`phase.${resting(state) ? "resting" : progress.phase}`, { deg: Number(progress.angle_deg?.toFixed(2)) }) : at, left_s !== null && t(left_s < -LATE_S ? "longer than expected" : "{time} left", { time: duration(left_s) })],
+    completed: [run.finished && clock(run.finished), time && t(turns ? "{n} visits in {time}" : "in {time}", { n: route.length, time })],
+  }[run.state] ?? [at && t("at {place}", { place: at }), time && t("after {time}", { time })];
   return said.filter(Boolean).join(" · ");
 }
 
+// A heading hold measures the gyro's bias first, where the base can stand still.
+const resting = ({ run, progress }) => progress.phase === "holding" && progress.progress * (run.plan.rest_s + run.plan.duration_s) < run.plan.rest_s;
+
 function showCells({ run, visits, lang }) {
+  if (run && run.kind !== "north-seek") return fill($("cells"), [run.run_id, run.state, run.progress, lang], () => (run.state === "completed" ? [] : [bar(run.progress, `${Math.floor(100 * run.progress)} %`)]));
   const route = run && run.state !== "completed" ? schedule(run) : [];
   const done = measured(visits).length;
   fill($("cells"), [run?.run_id, run?.state, done, route.length, lang], () =>
@@ -113,24 +137,29 @@ function leg(visits, direction, done, failed) {
   const at = [...visits.keys()].filter((k) => visits[k].direction === direction);
   if (!at.length) return null;
   const finished = at.filter((k) => k < done).length;
-  const cells = at.length > MOST_CELLS
-    ? [h("i.on", { style: `flex:0 0 ${(100 * finished) / at.length}%` })]
-    : at.map((k) => h("i", { class: k < done ? "on" : k > done ? "" : failed ? "bad" : "now" }));
-  return h("div", {}, h(cells.length > 1 ? "div.row" : "div.row.bar", {}, ...cells), `${t(direction)} `, h("b", {}, String(finished)), ` ${t("of {n}", { n: at.length })}`);
+  const words = [`${t(direction)} `, h("b", {}, String(finished)), ` ${t("of {n}", { n: at.length })}`];
+  if (at.length > MOST_CELLS) return bar(finished / at.length, ...words);
+  const cells = at.map((k) => h("i", { class: k < done ? "on" : k > done ? "" : failed ? "bad" : "now" }));
+  return h("div", {}, h("div.row", {}, ...cells), ...words);
 }
 
+const bar = (share, ...words) => h("div", {}, h("div.row.bar", {}, h("i.on", { style: `flex:0 0 ${100 * share}%` })), ...words);
+
 function showVerdict({ run, lang }) {
-  write($("verdict"), run?.state === "completed" && run.result ? verdict(run.result.checks, lang) : "");
+  write($("verdict"), run?.state === "completed" && run.result ? [verdict(run.result.checks, lang), dwell(run.result)].filter(Boolean).join(" ") : "");
 }
+
+const dwell = ({ suggestion }) => suggestion && t("noise.dwell", { dwell: Number(suggestion.dwell_s.toPrecision(2)) });
 
 // Before the first run: what the button will do, take and give.
 function showPromise({ run, prediction, rig }) {
   if (run || !prediction) return;
-  const { positions, dwell_s } = prediction.plan;
+  const { kind, positions, dwell_s } = prediction.plan;
   const speed = rig?.speed || 1;
   write($("promise-time"), duration(prediction.duration_s / speed));
   write($("promise-sigma"), plusMinus(prediction.azimuth_sigma_deg));
-  const words = t("say.first", { n: positions, dwell: Number(dwell_s.toPrecision(3)) });
+  $("promise-sigma").parentElement.hidden = prediction.azimuth_sigma_deg == null;
+  const words = t(`first.${kind}`, { n: positions, dwell: Number(dwell_s?.toPrecision(3)) });
   write($("promise-words"), speed === 1 ? words : `${words} ${t("say.speed", { speed })}`);
 }
 

@@ -2,7 +2,7 @@
 
 import { get, openRun } from "./api.js";
 import { $, fill, h, icon, write } from "./dom.js";
-import { azimuth, locale } from "./format.js";
+import { azimuth, dayTime } from "./format.js";
 import { t } from "./i18n.js";
 import { live, reason } from "./run.js";
 import { columns, titled } from "./tables.js";
@@ -15,6 +15,7 @@ const PAGE = 50;
 function outcome(run) {
   const { state, checks, attention, progress } = run;
   if (state !== "completed") return [...(SHAPES[state] ?? ["measuring", "blue"]), state === "failed" && run.error ? reason(run)[0] : `${t(state)} · ${Math.round(100 * progress)} %`];
+  if (run.figure && !checks?.fail && !checks?.warn) return [...SHAPES.completed, run.figure.replace("deg/sqrt(h)", "°/√h")];
   const words = checks ? [t("{n} passed", { n: checks.pass }), ...attention.map((name) => t(name))].join(t(", ")) : t(state);
   return [...(checks?.fail ? SHAPES.failed : checks?.warn ? ["warn", "orange"] : SHAPES.completed), words];
 }
@@ -72,8 +73,9 @@ export function mount(store) {
     const known = run.azimuth_deg != null && run.azimuth_sigma_deg < 60 && azimuth(run.azimuth_deg, run.azimuth_sigma_deg, units);
     const [shape, colour, words] = outcome(run);
     const now = run.run_id === shown?.run_id;
+    tick.hidden = run.kind === "noise"; // there is no azimuth to compare
     tick.checked = compare.includes(run.run_id);
-    write(when, new Date(run.created).toLocaleString(locale(), { day: "2-digit", month: "short", hour: "2-digit", minute: "2-digit" }).replace(",", ""));
+    write(when, dayTime(run.created));
     tick.setAttribute("aria-label", `${t("compare")} ${when.textContent}`);
     when.setAttribute("aria-current", now);
     tr.classList.toggle("shown", now);

@@ -12,7 +12,7 @@ const radians = (deg) => (deg * Math.PI) / 180;
 export function reduce(state) {
   const { visits, run } = state;
   const latest = newest(state);
-  if (!latest) return { rows: visits.map((v) => ({ ...v, rate: v.gyro_mean_deg_h })), shifted: "" };
+  if (!latest?.gyro_fit) return { rows: visits.map((v) => ({ ...v, rate: v.gyro_mean_deg_h })), shifted: "" };
   const { R_deg_h: R, a_deg_h: a, b_deg_h: b } = latest.gyro_fit;
   const mount_deg = run?.rig?.config?.gyro?.mount_angle_deg ?? 0;
   const value = (deg) => R + a * Math.cos(radians(deg + mount_deg)) + b * Math.sin(radians(deg + mount_deg));

@@ -10,7 +10,7 @@ const COMPARED = { vector_published: "Vector as published, eq 10", vector_uncorr
 
 export function mount(store) {
   store.on("run", ({ run, lang }) => {
-    if (!run?.result) return;
+    if (!run?.result?.gyro_fit) return;
     fill($("solvers"), run.run_id + lang, () => solvers(run.result));
     fill($("numbers"), run.run_id + lang, () => numbers(run.result));
   });

@@ -8,8 +8,14 @@ const PHASES = { queued: "running", failed: "stopped", interrupted: "stopped", a
 /** One of connecting, idle, running, paused, completed, stopped, ended. */
 export const phase = ({ run, loaded }) => (run ? PHASES[run.state] ?? run.state : loaded ? "idle" : "connecting");
 
-/** The visits that a run plans, in order. */
-export const schedule = (run) => run.prediction?.schedule ?? run.result?.visits ?? [];
+/** What kind of run is shown, or would be begun. */
+export const kindOf = ({ run, kind }) => run?.kind ?? kind;
+
+/** The visits that a run plans, in order; only a north-seek's table turns. */
+export const schedule = (run) => (run.kind === "north-seek" ? run.prediction?.schedule ?? run.result?.visits ?? [] : []);
+
+/** Whether a run that stopped can be carried on: what the others missed meanwhile is what they are about. */
+export const resumable = (run) => run?.kind === "north-seek";
 
 /** The visits planned: of the run shown, or of the next one. */
 export const planned = ({ run, prediction }) => (run ? schedule(run) : prediction?.schedule ?? []);
@@ -46,8 +52,9 @@ export function reason({ error }) {
 /** The runs on record, the one shown as it is now. */
 export const live = ({ runs, run, estimates }) => runs.map((one) => {
   if (one.run_id !== run?.run_id) return one;
-  const { azimuth_deg, azimuth_sigma_deg } = newest({ run, estimates }) ?? one;
-  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg };
+  const { azimuth_deg, azimuth_sigma_deg, gyro } = newest({ run, estimates }) ?? one;
+  const walk = gyro?.angle_random_walk_deg_sqrt_h?.value;
+  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg, ...(walk && { figure: `${walk.toPrecision(3)} deg/sqrt(h)` }) };
 });
 
 /** How often the dial exaggerates its wedge: 1, 2, 5, 10 ... so that the predicted 2 sigma ends at 4 to 10 degrees. */
@@ -67,5 +74,5 @@ export function leftS({ progress, rig, run }) {
 /** Whether the newest run of this rig waits for a resume or an end. */
 export function waiting({ runs, rig, run }) {
   const latest = runs.find((other) => other.rig_name === rig?.name);
-  return ["failed", "interrupted"].includes(latest && (latest.run_id === run?.run_id ? run : latest).state);
+  return resumable(latest) && ["failed", "interrupted"].includes(latest && (latest.run_id === run?.run_id ? run : latest).state);
 }

@@ -32,6 +32,7 @@ function variances(angles, azimuthDeg) {
 
 function build(state, look) {
   const { run, visits } = state;
+  if (run?.kind !== "north-seek") return { data: [], layout: {}, text: "" };
   const every = Math.ceil(state.estimates.length / MOST_POINTS);
   const estimates = state.estimates.filter((_, k, all) => (all.length - 1 - k) % every === 0);
   const again = visits.filter((v) => v.repeats != null).length; // they count, but no plan foresaw them

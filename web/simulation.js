@@ -6,9 +6,11 @@ import { t } from "./i18n.js";
 
 const FIELDS = {
   azimuth_deg: ["azimuth", "°"], pitch_deg: ["pitch", "°"], roll_deg: ["roll", "°"], gyro_noise_deg_sqrt_h: ["gyro noise", "°/√h"], gyro_bias_deg_h: ["gyro bias", "°/h"],
-  gyro_drift_deg_h_h: ["gyro drift", "°/h²"], gyro_bias_instability_deg_h: ["bias instability", "°/h"], accel_noise_g_sqrt_hz: ["accelerometer noise", "g/√Hz"],
+  gyro_drift_deg_h_h: ["gyro drift", "°/h²"], gyro_bias_instability_deg_h: ["bias instability", "°/h"], accel_noise_g_sqrt_hz: ["accelerometer noise", "g/√Hz"], base: ["base"],
   drop_per_byte: ["drop", "/byte"], corrupt_per_byte: ["corrupt", "/byte"], delay_s: ["delay", "s"], silent: ["silent"], blocked_at_deg: ["blocked at", "°"], short_by_deg: ["short by", "°"],
 };
+
+const BASES = { still: "stands still", nominal: "vehicle, light wind", "paper-like": "vehicle, rough" };
 
 /** Fill the fold, now and whenever it opens again: others may have changed the world meanwhile. */
 export function mount(store) {
@@ -35,6 +37,7 @@ export function mount(store) {
 
   // Each value goes out when it is left; what the service refuses stands beside it.
   function field(id, key, value, send) {
+    if (key === "base") return choice(id, value, send);
     const [word, unit] = FIELDS[key];
     const error = h("p.error", { id: `${id}-error`, role: "alert" });
     const change = async ({ target }) => {
@@ -44,6 +47,14 @@ export function mount(store) {
       write(error, answer ? answer.errors?.[0]?.message ?? answer.message : "");
     };
     const kind = unit ? { inputmode: "decimal", autocomplete: "off", value: value ?? "" } : { type: "checkbox", checked: value };
-    return h("div.field", {}, h("label", { for: id }, t(word)), h(unit ? "span.box" : "span", {}, h("input", { id, "aria-describedby": error.id, onchange: change, ...kind }), unit ? h("i", {}, unit) : null), error);
+    return labelled(id, t(word), h(unit ? "span.box" : "span", {}, h("input", { id, "aria-describedby": error.id, onchange: change, ...kind }), unit ? h("i", {}, unit) : null), error);
   }
+
+  // Where the bench stands: on the ground, or in a vehicle that rocks.
+  function choice(id, value, send) {
+    const options = Object.entries(BASES).map(([name, words]) => h("option", { value: name, selected: name === value }, t(words)));
+    return labelled(id, t(FIELDS.base[0]), h("span.box", {}, h("select", { id, onchange: ({ target }) => send({ base: target.value }).catch(report) }, ...options)));
+  }
+
+  const labelled = (id, words, ...rest) => h("div.field", {}, h("label", { for: id }, words), ...rest);
 }

@@ -4,7 +4,7 @@
 /** Open a store; `on(keys, listen)` hears of every change of these keys, and of the language and unit. */
 export function createStore(initial) {
   const state = {
-    rig: null, connection: "connecting", prediction: null, planError: null,
+    rig: null, connection: "connecting", kind: "north-seek", prediction: null, planError: null,
     run: null, visits: [], estimates: [], events: [], progress: null,
     runs: [], total: null, compare: [], units: "deg", lang: "en",
     ...initial,

@@ -1,15 +1,12 @@
 """Wahba's gain ``tr(A(q) B')``: its largest eigenvalue, its eigenvector, and a step to its top.
 
-All in components: plain floats for one problem, arrays ``(m,)`` for many. NumPy's cost for one
-3 x 3 matrix is that of a thousand, and for thousands it is slow in their short axes.
+All in components: plain floats for one problem, arrays ``(m,)`` for many. To NumPy one 3 x 3
+matrix costs as much as a hundred, and of thousands it is slow in their short axes.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
-from northfinder.alignment.pairs import FloatArray
+from northfinder.alignment.matrices import Component, Row, Rows
 from northfinder.errors import EstimationError
 
 _NEWTON_STEPS = 30
@@ -17,35 +14,10 @@ _NEWTON_SETTLES = 1e-14
 _FLAT = 1e300  # a slope that stops the step, where rounding or no data have left none
 _LEAST_SPREAD = 1e-13  # of the squared spread of directions: rounding fills 1e-16
 
-Component = Any  # float, or FloatArray of shape (m,)
-Row = Sequence[Component]
-Rows = Sequence[Row]
-
-
-def components(matrices: FloatArray) -> Rows:
-    """Return the rows of ``(p, q)`` or ``(m, p, q)``."""
-    if matrices.ndim == 2:
-        rows: Rows = matrices.tolist()
-        return rows
-    return [list(row.T) for row in np.moveaxis(matrices, 0, 1)]
-
 
 def everywhere(condition: Any) -> bool:  # noqa: ANN401 (a bool, or an array of them)
     """Return whether it holds for every problem."""
     return condition if isinstance(condition, bool) else bool(condition.all())
-
-
-def davenport_rows(B: Rows) -> Rows:
-    """Return ``K = [[sigma, z'], [z, B + B' - sigma]]``, scalar first, for Hamilton's product."""
-    (b11, b12, b13), (b21, b22, b23), (b31, b32, b33) = B
-    x, y, z = b32 - b23, b13 - b31, b21 - b12
-    xy, xz, yz = b12 + b21, b13 + b31, b23 + b32
-    return [
-        [b11 + b22 + b33, x, y, z],
-        [x, b11 - b22 - b33, xy, xz],
-        [y, xy, b22 - b11 - b33, yz],
-        [z, xz, yz, b33 - b11 - b22],
-    ]
 
 
 def largest_eigenvalue(K: Rows) -> Component:
@@ -133,8 +105,8 @@ def newton_turn(P: Rows, gradient: Row) -> tuple[Row, Component]:
     scale = half * half * half
     if not (everywhere(scale > 0.0) and everywhere(det > _LEAST_SPREAD * scale)):
         msg = (
-            "the vectors are parallel, or nearly so: the turn about them is not determined; "
-            "observe longer, or add another direction"
+            "the vectors are parallel, or nearly so, or W mirrors V: they do not determine the "
+            "turn; observe longer, or add another direction"
         )
         raise EstimationError(msg)
     g, h, i = gradient

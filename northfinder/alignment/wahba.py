@@ -14,10 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from northfinder.alignment.gain import (
-    Rows,
     adjugate,
-    components,
-    davenport_rows,
     everywhere,
     largest_eigenvalue,
     newton_turn,
@@ -26,7 +23,13 @@ from northfinder.alignment.gain import (
     turned,
     unit,
 )
-from northfinder.alignment.matrices import davenport_matrix, largest_column, quaternion_from_matrix
+from northfinder.alignment.matrices import (
+    components,
+    davenport_rows,
+    largest_column,
+    quaternion_from_matrix,
+    stacked,
+)
 from northfinder.alignment.pairs import FloatArray, as_pairs, check_finite
 
 _BLOCK = 2048  # of many problems: what is made of them stays in cache
@@ -89,8 +92,8 @@ def _solved(
     """Return q from what ``start`` makes of B ``(3, 3)`` or ``(m, 3, 3)``, corrected."""
 
     def solve(w: FloatArray, v: FloatArray, weighted: FloatArray) -> FloatArray:
-        B = _profile(w, weighted)
-        return _corrected(start(B), B, w, v, weighted)
+        B, size = _profile(w, weighted)
+        return _corrected(start(B), B, w, v, weighted, size)
 
     pairs = as_pairs(W, V, weights)
     if pairs[0].ndim == 2:
@@ -105,7 +108,7 @@ def _by_newton(B: FloatArray) -> FloatArray:
     K = davenport_rows(components(B))
     root = largest_eigenvalue(K)
     columns = adjugate(K, root)
-    q = largest_column(np.moveaxis(np.array(columns), (0, 1), (-2, -1)))
+    q = largest_column(stacked(columns))
     spread = columns[0][0] + columns[1][1] + columns[2][2] + columns[3][3]
     close = np.asarray(spread <= _EIGENVALUES_APART * root**3)
     if close.any():
@@ -114,7 +117,7 @@ def _by_newton(B: FloatArray) -> FloatArray:
 
 
 def _by_eigh(B: FloatArray) -> FloatArray:
-    q: FloatArray = np.linalg.eigh(davenport_matrix(B))[1][..., -1]
+    q: FloatArray = np.linalg.eigh(stacked(davenport_rows(components(B))))[1][..., -1]
     return q
 
 
@@ -125,24 +128,31 @@ def _by_svd(B: FloatArray) -> FloatArray:
     return quaternion_from_matrix(left @ right)
 
 
-def _profile(W: FloatArray, weighted: FloatArray) -> FloatArray:
-    """Attitude profile matrix ``B = sum a W V'``, ``(..., 3, 3)``.
+def _profile(W: FloatArray, weighted: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Attitude profile matrix ``B = sum a W V'``, ``(..., 3, 3)``, over its size, and that.
 
     Raises:
         ValueError: A vector is not finite; one look at B is cheaper than one at each.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         B: FloatArray = np.swapaxes(W, -1, -2) @ weighted
-    if not np.isfinite(B).all():
+        size = np.abs(B).max(axis=(-2, -1), keepdims=True)
+    if not np.isfinite(size).all():
         check_finite("W", W)
         check_finite("V", weighted)
         msg = "W and V are so long that their products overflow; scale them"
         raise ValueError(msg)
-    return B
+    size = np.where(size > 0.0, size, 1.0)
+    return B / size, size
 
 
-def _corrected(
-    q: FloatArray, B: FloatArray, W: FloatArray, V: FloatArray, weighted: FloatArray
+def _corrected(  # noqa: PLR0913, PLR0917 (all that there is of a problem)
+    q: FloatArray,
+    B: FloatArray,
+    W: FloatArray,
+    V: FloatArray,
+    weighted: FloatArray,
+    size: FloatArray,
 ) -> FloatArray:
     """Step from q to the optimum by B; in a narrow fan then by residuals, which lose no digits.
 
@@ -156,7 +166,9 @@ def _corrected(
     for step in range(_CORRECTIONS):
         A = rotation_rows(now)
         P = product_rows(profile, A)
-        M = P if step < _BY_PROFILE else product_rows(_left_over(A, W, V, weighted), A)
+        M = P
+        if step >= _BY_PROFILE:
+            M = product_rows(components(_left_over(stacked(A), W, V, weighted) / size), A)
         turn, spread = newton_turn(P, (M[2][1] - M[1][2], M[0][2] - M[2][0], M[1][0] - M[0][1]))
         now = turned(now, turn)
         if step < _BY_PROFILE and not everywhere(spread > _WIDE):
@@ -168,8 +180,15 @@ def _corrected(
     return np.array(now).T
 
 
-def _left_over(A: Rows, W: FloatArray, V: FloatArray, weighted: FloatArray) -> Rows:
-    """Return ``sum a (W - A V) V'``."""
-    residual = np.moveaxis(np.array(A), (0, 1), (-2, -1)) @ np.swapaxes(V, -1, -2)
+def _left_over(A: FloatArray, W: FloatArray, V: FloatArray, weighted: FloatArray) -> FloatArray:
+    """Return ``sum a (W - s A V) V'``, s the ratio of lengths, by a few: little is left to round.
+
+    A part along ``A V`` has no share in the gradient, so any s would do but for that.
+    """
+    few = slice(None, None, max(1, W.shape[-2] // 8))
+    long, short = (np.sum(x[..., few, :] ** 2, axis=(-2, -1), keepdims=True) for x in (W, V))
+    ratio = np.sqrt(long / np.where(short > 0.0, short, 1.0))
+    residual = (ratio * A) @ np.swapaxes(V, -1, -2)
     np.subtract(np.swapaxes(W, -1, -2), residual, out=residual)
-    return components(residual @ weighted)
+    left: FloatArray = residual @ weighted
+    return left

@@ -13,11 +13,8 @@ from numpy.typing import ArrayLike
 
 from northfinder.attitude.arrays import FloatArray, as_period, as_samples, as_unit_quaternion
 from northfinder.attitude.quaternion import from_rotation_vector, multiply, rotate
-from northfinder.earth import earth_rate_n
+from northfinder.earth import curvature_radii_m, earth_rate_n
 
-_SEMI_MAJOR_AXIS_M = 6378137.0
-_FLATTENING = 1.0 / 298.257223563
-_ECCENTRICITY_SQUARED = _FLATTENING * (2.0 - _FLATTENING)
 _STEP_S = 1.0  # the Earth turns 7e-5 rad: the middle of the step stands for it within 2e-9 m/s^2
 
 
@@ -38,13 +35,6 @@ class Track:
     longitude_rad: FloatArray
     velocity_n: FloatArray
     from_start_m: FloatArray
-
-
-def curvature_radii_m(latitude_rad: float) -> tuple[float, float]:
-    """Return the radii of curvature in the meridian and in the prime vertical, WGS 84, m."""
-    x = 1.0 - _ECCENTRICITY_SQUARED * math.sin(latitude_rad) ** 2
-    normal = _SEMI_MAJOR_AXIS_M / math.sqrt(x)
-    return normal * (1.0 - _ECCENTRICITY_SQUARED) / x, normal
 
 
 def velocity_increments(angle_rad: ArrayLike, force_m_s: ArrayLike) -> FloatArray:

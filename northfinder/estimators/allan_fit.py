@@ -22,7 +22,7 @@ from northfinder.estimators.arrays import FloatArray
 
 _TWO_SIDED = 1.959964
 _ONE_SIDED = 1.644854
-_CLOSE = 3e-3  # relative, of an interval's end
+_CLOSE = 0.01  # sigmas, of an interval's end
 
 
 def fit_noise(rate: ArrayLike, period_s: float) -> NoiseFit:
@@ -66,39 +66,49 @@ def _scaled(figure: NoiseFigure, factor: float) -> NoiseFigure:
 
 def _figure(likelihood: Likelihood, share: FloatArray, log: float, kind: int) -> NoiseFigure:
     """Find where the profile likelihood of one share has fallen by so much."""
-    reached = share
 
     def sigmas(value: float) -> float:
-        nonlocal reached
-        held = reached if value > 0.0 else np.maximum(reached, 0.1 * likelihood.start())
+        # Where nothing else is left, zero would leave no noise at all to climb from.
+        held = share if value > 0.0 else np.maximum(share, 0.1 * likelihood.start())
         held = np.where(np.arange(4) == kind, value, held)
-        reached, found = maximise(likelihood, held, kind)
-        return math.sqrt(2.0 * max(log - found, 0.0))
+        return math.sqrt(2.0 * max(log - maximise(likelihood, held, kind)[1], 0.0))
 
     best = float(share[kind])
+    width = 1.0 / math.sqrt(likelihood.slope(share)[1][kind, kind])
     without = sigmas(0.0) if best > 0.0 else 0.0
-    information = likelihood.slope(share)[1]
-    width = 1.0 / math.sqrt(information[kind, kind])
     if without <= _TWO_SIDED:
-        reached = share
-        return NoiseFigure(None, 0.0, _crossing(sigmas, best, best + width, _ONE_SIDED))
-    reached = share
-    upper = _crossing(sigmas, best, best + width, _TWO_SIDED)
-    reached = share
-    return NoiseFigure(
-        best, _crossing(sigmas, best, max(best - width, 0.5 * best), _TWO_SIDED), upper
-    )
+        return NoiseFigure(None, 0.0, _upper(sigmas, best, width, _ONE_SIDED))
+    lower = _between(sigmas, (best, 0.0), (0.0, without), _TWO_SIDED)
+    return NoiseFigure(best, lower, _upper(sigmas, best, width, _TWO_SIDED))
 
 
-def _crossing(sigmas: Callable[[float], float], best: float, start: float, target: float) -> float:
+def _upper(sigmas: Callable[[float], float], best: float, width: float, target: float) -> float:
     """Go on from the best value until the likelihood has fallen by the target, then close in."""
-    inner, outer = best, start
-    while sigmas(outer) < target:
-        inner, outer = outer, best + 2.0 * (outer - best) if outer > best else 0.5 * outer
-    while abs(outer - inner) > _CLOSE * outer:
-        middle = 0.5 * (inner + outer)
-        inner, outer = (inner, middle) if sigmas(middle) > target else (middle, outer)
-    return 0.5 * (inner + outer)
+    inner, outer = (best, 0.0), (best + width, sigmas(best + width))
+    while outer[1] < target:
+        further = best + 2.0 * (outer[0] - best)
+        inner, outer = outer, (further, sigmas(further))
+    return _between(sigmas, inner, outer, target)
+
+
+def _between(
+    sigmas: Callable[[float], float],
+    inner: tuple[float, float],
+    outer: tuple[float, float],
+    target: float,
+) -> float:
+    """Find the value of a target by the rule of false position, Illinois's variant."""
+    (a, low), (b, high) = ((value, found - target) for value, found in (inner, outer))
+    while True:
+        middle = b - high * (b - a) / (high - low)
+        found = sigmas(middle) - target
+        if abs(found) < _CLOSE:
+            return middle
+        if found * high < 0.0:
+            a, low = b, high
+        else:
+            low *= 0.5
+        b, high = middle, found
 
 
 def _drift(likelihood: Likelihood, share: FloatArray) -> Drift:

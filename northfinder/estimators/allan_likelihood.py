@@ -12,6 +12,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from northfinder.errors import EstimationError
 from northfinder.estimators.arrays import FloatArray
@@ -25,6 +27,7 @@ _MOST_TERMS = 5000.0  # of a scale: no model of a real gyro is trusted to better
 _ROUNDING = 1e-12
 _CLOSE = 1e-6  # in log likelihood
 _ROUNDS = 200
+_HALVINGS = 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,32 +165,29 @@ def maximise(
     likelihood: Likelihood, start: FloatArray, fixed: int | None = None
 ) -> tuple[FloatArray, float]:
     """Climb to the most likely shares, none negative, by Fisher's scoring; one may be held."""
-    share, log = start, likelihood.log(start)
+    share, log, free = start, likelihood.log(start), np.arange(4) != fixed
     for _ in range(_ROUNDS):
-        slope, information = likelihood.slope(share)
-        free = (share > 0.0) | (slope > 0.0)
-        if fixed is not None:
-            free[fixed] = False
-        if not free.any():
-            break
-        step = np.zeros(4)
-        scale = 1.0 / np.sqrt(np.diag(information)[free])
-        scaled = information[np.ix_(free, free)] * np.multiply.outer(scale, scale)
-        step[free] = scale * np.linalg.lstsq(scaled, scale * slope[free], rcond=1e-10)[0]
-        better, gained = _along(likelihood, share, step, log)
-        share, log = better, log + gained
+        aim = share.copy()
+        aim[free] = _summit(share, *likelihood.slope(share), free)
+        gained = 0.0
+        for halvings in range(_HALVINGS):
+            tried = share + 0.5**halvings * (aim - share)
+            gained = likelihood.log(tried) - log
+            if gained > 0.0:
+                share, log = tried, log + gained
+                break
         if gained < _CLOSE:
             break
     return share, log
 
 
-def _along(
-    likelihood: Likelihood, share: FloatArray, step: FloatArray, log: float
-) -> tuple[FloatArray, float]:
-    """Go along a step, as far as it gains; a share that would turn negative stops at zero."""
-    for halvings in range(30):
-        tried = np.maximum(share + step * 0.5**halvings, 0.0)
-        gained = likelihood.log(tried) - log
-        if gained > 0.0:
-            return tried, gained
-    return share, 0.0
+def _summit(
+    share: FloatArray, slope: FloatArray, information: FloatArray, free: NDArray[np.bool_]
+) -> FloatArray:
+    """Free shares at the top of the parabola that the likelihood looks like, none negative."""
+    scale = 1.0 / np.sqrt(np.diag(information)[free])
+    curved = information[np.ix_(free, free)] * np.multiply.outer(scale, scale)
+    towards = scale * slope[free] + curved @ (share[free] / scale)
+    root = np.linalg.cholesky(curved + _ROUNDING * np.eye(len(scale)))
+    summit: FloatArray = scale * nnls(root.T, np.linalg.solve(root, towards))[0]
+    return summit

@@ -6,7 +6,6 @@ from northfinder.procedures.plain_json import (
     checks_json,
     headline,
     history_json,
-    visit_json,
     wrapped_deg,
 )
 from northfinder.rig import JsonObject
@@ -39,7 +38,7 @@ def result_json(run: AlignmentRun) -> JsonObject:
         "budget": budget_of(aligned.alignment.limits),
         "checks": checks_json(run.checks),
         "history": _history_json(aligned),
-        "visits": [visit_json(visit) for visit in run.visits],
+        "visits": list(run.visits),
     }
 
 

@@ -27,7 +27,7 @@ class Plan(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     kind: Literal["alignment"] = "alignment"
-    duration_s: Annotated[float, Field(ge=10.0, le=86400.0)] = 120.0
+    duration_s: Annotated[float, Field(ge=10.0, le=3600.0)] = 120.0
     method: Method = "quest-taper"
     warm_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0
     latitude_deg: LatitudeDeg | None = None

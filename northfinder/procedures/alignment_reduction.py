@@ -9,8 +9,10 @@ from northfinder.estimators.checks import Check, check_latitude, check_lost_samp
 from northfinder.procedures.alignment_plan import Plan
 from northfinder.procedures.alignment_result import Aligned, AlignmentRun
 from northfinder.procedures.alignment_track import AlignmentTrack
+from northfinder.procedures.plain_json import counts_of, visit_json
 from northfinder.procedures.tracking import Instrument, seconds_of
 from northfinder.procedures.visits import Visit
+from northfinder.rig import JsonObject
 from northfinder.units import ARCMIN, DEG
 
 _FORCE_TOLERANCE = 5e-4  # of gravity: scale factors and the anomalies of a site that is not known
@@ -31,11 +33,11 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Ali
     for second in seconds_of(visits, plan.sample_period_s):
         if track.fraction < 1.0:
             list(track.take(second))
-    return concluded(track, visits, plan, config)
+    return concluded(track, [visit_json(visit) for visit in visits], plan, config)
 
 
 def concluded(
-    track: AlignmentTrack, visits: Sequence[Visit], plan: Plan, config: RigConfig
+    track: AlignmentTrack, visits: Sequence[JsonObject], plan: Plan, config: RigConfig
 ) -> AlignmentRun:
     """Return the result of an alignment at its end.
 
@@ -48,9 +50,7 @@ def concluded(
         _check_sway(aligned),
         _check_bias(aligned),
         _check_gaps(aligned),
-        check_lost_samples(
-            [len(visit.gyro) for visit in visits], [visit.gyro.lost for visit in visits]
-        ),
+        check_lost_samples(*counts_of(visits)),
         check_latitude(plan.latitude_rad(config)),
     ]
     return AlignmentRun(aligned, visits, checks, config.site.reference_offset_deg * DEG)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from northfinder.alignment import Alignment
 from northfinder.estimators.checks import Check
 from northfinder.procedures.mounting import TableAttitude
-from northfinder.procedures.visits import Visit
+from northfinder.rig import JsonObject
 
 
 class Moment(NamedTuple):
@@ -46,12 +46,12 @@ class AlignmentRun:
 
     Attributes:
         aligned: The result.
-        visits: The samples, five seconds each, in time order.
+        visits: What was kept, five seconds each, as the record lists it.
         checks: Verdicts in words.
         reference_offset_rad: From the index mark to the line whose azimuth is wanted.
     """
 
     aligned: Aligned
-    visits: Sequence[Visit]
+    visits: Sequence[JsonObject]
     checks: list[Check]
     reference_offset_rad: float

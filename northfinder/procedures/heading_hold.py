@@ -13,6 +13,7 @@ from northfinder.procedures.heading_hold_track import HoldRun, HoldTrack, held_j
 from northfinder.procedures.holding import hold_budget
 from northfinder.procedures.plain_json import (
     checks_json,
+    counts_of,
     headline,
     history_json,
     visit_json,
@@ -96,7 +97,7 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Hol
     for second in seconds_of(visits, plan.sample_period_s):
         if track.fraction < 1.0:
             list(track.take(second))
-    return _concluded(track, visits, plan, config)
+    return _concluded(track, [visit_json(visit) for visit in visits], plan, config)
 
 
 def result_json(run: HoldRun) -> JsonObject:
@@ -120,7 +121,7 @@ def result_json(run: HoldRun) -> JsonObject:
             [held.table for held in run.history],
             [float(held.budget.sigma_rad) for held in run.history],
         ),
-        "visits": [visit_json(visit) for visit in run.visits],
+        "visits": list(run.visits),
     }
 
 
@@ -137,10 +138,10 @@ def _chosen(plan: Plan, rig: Rig) -> Plan:
     return plan.model_copy(update=filled_in)
 
 
-def _concluded(track: HoldTrack, visits: Sequence[Visit], plan: Plan, config: RigConfig) -> HoldRun:
-    lost = check_lost_samples(
-        [len(visit.gyro) for visit in visits], [visit.gyro.lost for visit in visits]
-    )
+def _concluded(
+    track: HoldTrack, visits: Sequence[JsonObject], plan: Plan, config: RigConfig
+) -> HoldRun:
+    lost = check_lost_samples(*counts_of(visits))
     return HoldRun(
         plan,
         tuple(track.history),

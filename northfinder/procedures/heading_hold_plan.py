@@ -45,7 +45,7 @@ class Plan(BaseModel):
 
     kind: Literal["heading-hold"] = "heading-hold"
     from_run: Annotated[str, Field(min_length=1, max_length=32)] | None = None
-    duration_s: Annotated[float, Field(ge=5.0, le=7 * 86400.0)] = 600.0
+    duration_s: Annotated[float, Field(ge=5.0, le=86400.0)] = 600.0
     method: IncrementMethod = "trailing-3"
     rest_s: Annotated[float, Field(ge=0.0, le=3600.0)] | None = None
     start: Start | None = None

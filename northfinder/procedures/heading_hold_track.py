@@ -13,7 +13,6 @@ from northfinder.procedures.heading_hold_plan import Plan, Start
 from northfinder.procedures.holding import HeadingHold, Held
 from northfinder.procedures.plain_json import wrapped_deg
 from northfinder.procedures.tracking import Instrument, Second
-from northfinder.procedures.visits import Visit
 from northfinder.rig import JsonObject
 from northfinder.units import DEG
 
@@ -27,7 +26,7 @@ class HoldRun:
         history: Second by second; the last is the result.
         bias_rad_s: Of the gyros, as measured at rest; zeros without a rest. ``(3,)``.
         bridged: Samples that a straight line stands for.
-        visits: The samples, five seconds each.
+        visits: What was kept, five seconds each, as the record lists it.
         checks: Verdicts in words.
         reference_offset_rad: From the index mark to the line whose azimuth is wanted.
     """
@@ -36,7 +35,7 @@ class HoldRun:
     history: Sequence[Held]
     bias_rad_s: np.ndarray
     bridged: int
-    visits: Sequence[Visit]
+    visits: Sequence[JsonObject]
     checks: list[Check]
     reference_offset_rad: float
 

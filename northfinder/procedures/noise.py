@@ -48,6 +48,8 @@ def predict(plan: Plan, rig: Rig) -> Promise:
 
 def _with_pause(plan: Plan, rig: Rig) -> Plan:
     """Fill in the time of moving and settling before each visit of the usual north-seek."""
+    if not rig.turns:
+        return plan
     usual = north_seek.predict(north_seek.Plan(), rig)
     dwells_s = sum(visit.dwell_s for visit in usual.visits)
     pause_s = (usual.duration_s - usual.homing_s - dwells_s) / len(usual.visits)

@@ -18,7 +18,7 @@ class Plan(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     kind: Literal["noise"] = "noise"
-    duration_s: Annotated[float, Field(ge=20.0, le=7 * 86400.0)] = 1800.0
+    duration_s: Annotated[float, Field(ge=20.0, le=86400.0)] = 1800.0
     settle_s: Annotated[float, Field(ge=0.0, le=600.0)] = 0.5
     pause_s: Annotated[float, Field(gt=0.0, le=3600.0)] | None = None
 

@@ -11,6 +11,8 @@ from northfinder.procedures.visits import Visit
 from northfinder.rig import JsonObject
 from northfinder.units import DEG, DEG_PER_HOUR
 
+_MOST_MOMENTS = 2000
+
 
 def headline(numbers: Mapping[str, Any]) -> JsonObject:
     """Return what a list of runs shows of a result, or of north so far."""
@@ -57,6 +59,11 @@ def visit_json(visit: Visit) -> JsonObject:
     }
 
 
+def counts_of(visits: Sequence[Mapping[str, Any]]) -> tuple[list[int], list[int]]:
+    """Return how many gyro samples arrived in each visit, and how many were lost."""
+    return [visit["samples"] for visit in visits], [visit["lost"] for visit in visits]
+
+
 def checks_json(checks: Sequence[Check]) -> list[JsonObject]:
     """Return verdicts in words."""
     return [
@@ -79,11 +86,16 @@ def or_null(value: Any) -> float | None:  # noqa: ANN401 - a number in any of nu
 def history_json(
     time_s: Sequence[float], tables: Sequence[TableAttitude], sigma_rad: Sequence[float]
 ) -> JsonObject:
-    """Return how a table stood moment by moment, and the sigma of its azimuth."""
+    """Return how a table stood moment by moment, and the sigma of its azimuth.
+
+    Of more than two thousand moments some, evenly spaced; the last always.
+    """
+    step = max(1, math.ceil(len(tables) / _MOST_MOMENTS))
+    some = slice((len(tables) - 1) % step, None, step)
     return {
-        "time_s": list(time_s),
-        "azimuth_deg": [wrapped_deg(table.azimuth_rad / DEG) for table in tables],
-        "azimuth_sigma_deg": [sigma / DEG for sigma in sigma_rad],
-        "pitch_deg": [table.pitch_rad / DEG for table in tables],
-        "roll_deg": [table.roll_rad / DEG for table in tables],
+        "time_s": list(time_s[some]),
+        "azimuth_deg": [wrapped_deg(table.azimuth_rad / DEG) for table in tables[some]],
+        "azimuth_sigma_deg": [sigma / DEG for sigma in sigma_rad[some]],
+        "pitch_deg": [table.pitch_rad / DEG for table in tables[some]],
+        "roll_deg": [table.roll_rad / DEG for table in tables[some]],
     }

@@ -95,9 +95,16 @@ def predict(plan: Plan, rig: Rig) -> Prediction:
     """Work out duration, uncertainty and warnings on an open rig, without moving it.
 
     Raises:
-        ConfigError: The dwell is too short for the sensors, or the target cannot be reached.
+        ConfigError: The rig has no table, the dwell is too short for the sensors, or the target
+            cannot be reached.
         EstimationError: No north is observable at this latitude.
     """
+    if not rig.turns:
+        msg = (
+            "[turntable] driver = 'fixed': a north-seek turns a table, and this rig has none; "
+            "align instead"
+        )
+        raise ConfigError(msg)
     if plan.order == "auto":
         plan = plan.model_copy(update={"order": _best_order(plan, rig)})
     if plan.target_sigma_deg is not None:

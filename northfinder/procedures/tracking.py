@@ -18,12 +18,14 @@ from northfinder.procedures.inertial import (
     part_of,
 )
 from northfinder.procedures.measuring import acquisition_errors, home, table_stopped_at_the_end
+from northfinder.procedures.plain_json import visit_json
 from northfinder.procedures.visits import Visit
 from northfinder.rig import JsonObject, Rig
 
 #: What is tracked at a time, and what is kept at a time.
 _SECOND_S: Final = 1.0
 _KEPT_SECONDS: Final = 5
+_MOST_TOLD: Final = 1000
 _SILENCE_LIMIT_S: Final = 15.0  # a plug that was pulled and put back; the driver needs its time
 _GUARD_S: Final = 1.0  # after the table has stopped: a rocking base gives no sign of its settling
 _AXIS_NAMES = ("rate x", "rate y", "rate z", "force x", "force y", "force z")
@@ -76,8 +78,9 @@ class Stream:
     def __init__(self, rig: Rig, emit: Emit, phase: Phase, duration_s: float) -> None:
         self._rig, self._emit = rig, emit
         self._phase, self._duration_s = phase, duration_s
-        self._visits: list[Visit] = []
+        self._kept: list[JsonObject] = []
         self._unkept: list[SampleBlock] = []
+        self._next_told_s = 0.0
 
     async def prepare(self) -> Instrument:
         """Find the table's reference, and return what a track has to know.
@@ -91,8 +94,10 @@ class Stream:
             state = await self._rig.table_state()
         return Instrument(self._rig.gyro.sensor.sample_period_s, state.angle_rad)
 
-    async def follow(self, track: Track, instrument: Instrument) -> list[Visit]:
-        """Feed a track until it is done; return what was kept.
+    async def follow(self, track: Track, instrument: Instrument) -> list[JsonObject]:
+        """Feed a track until it is done; return what was kept, as the record lists it.
+
+        The samples are the records', not the memory's: a hold may last a day.
 
         Raises:
             AcquisitionError: The instrument lacks an axis, or fell silent for good; or the track
@@ -110,16 +115,24 @@ class Stream:
                 await self._tell(self._phase, track.fraction)
                 with acquisition_errors(f"after {loop.time() - began_s:.0f} s"):
                     second = await _next_second(reader, ticks)
-                    _require_six_axes(second, first=not self._visits and not self._unkept)
+                    _require_six_axes(second, first=not self._kept and not self._unkept)
                     warnings = list(track.take(second))
                 await self._keep(second, instrument, began_s)
                 for sentence in warnings:
                     await self._emit(Warned(sentence))
-                numbers = track.so_far()
-                if numbers is not None:
-                    await self._emit(SoFar(numbers))
+                await self._tell_so_far(track)
             await self._keep_rest(instrument, began_s)
-        return self._visits
+        return self._kept
+
+    async def _tell_so_far(self, track: Track) -> None:
+        """Tell what is known, once a second; of a long run a thousand times in all."""
+        now_s = asyncio.get_running_loop().time()
+        if now_s < self._next_told_s:
+            return
+        numbers = track.so_far()
+        if numbers is not None:
+            self._next_told_s = now_s + self._duration_s / _MOST_TOLD - 0.5 * _SECOND_S
+            await self._emit(SoFar(numbers))
 
     async def _keep(self, second: Second, instrument: Instrument, began_s: float) -> None:
         self._unkept.append(second.block)
@@ -136,16 +149,16 @@ class Stream:
             block,
             seconds * round(_SECOND_S / instrument.period_s),
             self._rig.config.gyro.axis,
-            index=len(self._visits),
+            index=len(self._kept),
             angle_rad=instrument.table_angle_rad,
             start_s=float(block.time_s[0]) - began_s,
         )
-        self._visits.append(visit)
+        self._kept.append(visit_json(visit))
         await self._emit(VisitCompleted(visit))
 
     async def _tell(self, phase: Phase, fraction: float) -> None:
         visits = max(1, round(self._duration_s / _SECOND_S / _KEPT_SECONDS))
-        visit = min(len(self._visits) + 1, visits)
+        visit = min(len(self._kept) + 1, visits)
         left_s = (1.0 - fraction) * self._duration_s
         await self._emit(Progress(fraction, left_s, phase, visit, visits, None))
 

@@ -49,8 +49,22 @@ def _mistake(found: Mapping[str, Any], body: Any) -> Mistake:  # noqa: ANN401 - 
         _, character = place
         message = f"is no JSON: {found['ctx']['error']} at character {character + 1}"
         return Mistake("body", message)
+    if found["type"].startswith("union_tag"):  # the place is then that of the whole object
+        return _unknown_branch(found, ".".join(_names(place, body)))
     field = ".".join(_names(place, body))
     return Mistake(field[:_FIELD_CHARACTERS], _message(found)[:_MESSAGE_CHARACTERS])
+
+
+def _unknown_branch(found: Mapping[str, Any], whole: str) -> Mistake:
+    """Name the field that says which kind of object it is."""
+    context = found["ctx"]
+    field = f"{whole}.{context['discriminator'].strip(chr(39))}"
+    if found["type"] == "union_tag_not_found":
+        return Mistake(field, "is required")
+    value = _instead(context["tag"])
+    return Mistake(
+        field, f"should be one of {context['expected_tags']}{value}"[:_MESSAGE_CHARACTERS]
+    )
 
 
 def _names(place: Sequence[str | int], body: Any) -> Iterator[str]:  # noqa: ANN401

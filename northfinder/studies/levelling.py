@@ -1,19 +1,26 @@
 """`levelling`: two ways to level by calculation, and what the tilt costs each."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from northfinder.earth import EARTH_RATE_RAD_S
-from northfinder.estimators.arrays import FloatArray
 from northfinder.estimators.solvers import Method
 from northfinder.studies.claim import Claim, Quantity, Verdict, agrees
 from northfinder.studies.levelling_charts import levelling_charts
-from northfinder.studies.study import Cell, Study, Table
+from northfinder.studies.levelling_tables import (
+    TRANSFORM_DEG,
+    TRUE_DEG,
+    VECTOR_DEG,
+    TableOne,
+    largest_of_tilt_deg,
+    latitude_table,
+    simulate_table_one,
+    table_one_table,
+    tilt_table,
+)
+from northfinder.studies.study import Study
 from northfinder.studies.tilted_table import (
-    ANGLES_RAD,
     LATITUDE_RAD,
     Tilt,
     largest_deg,
@@ -23,41 +30,12 @@ from northfinder.studies.tilted_table import (
 )
 from northfinder.units import ARCMIN, DEG, DEG_PER_HOUR
 
-#: Table 1: seven determinations of 48 deg by each method, in degrees (printed as arc minutes).
-TRANSFORM_DEG: Final = (48.02834, 47.98618, 48.00919, 47.98778, 48.00302, 47.98692, 47.97895)
-VECTOR_DEG: Final = (47.99560, 48.01329, 47.99187, 48.00816, 48.00093, 47.98188, 47.98054)
-_TRUE_DEG = 48.0
 _EXACT: Final[tuple[Method, ...]] = ("coordinate_transform", "vector", "two_vector")
-_FORMS: Final[tuple[Method, ...]] = (
-    "uncompensated",
-    "vector_uncorrected",
-    "vector_published",
-    "vector",
-    "coordinate_transform",
-)
-_SETS = 4000  # of seven determinations
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TableOne:
-    """What Table 1's setting gives.
-
-    Attributes:
-        sigma_arcmin: Scatter of one determination.
-        std_range_arcmin: Where the scatter of seven lies 95 times in 100.
-        mean_arcmin: Half the range in which the mean of seven lies 95 times in 100.
-        rows_arcmin: Errors of the first sets, ``(k, 7)``.
-    """
-
-    sigma_arcmin: float
-    std_range_arcmin: tuple[float, float]
-    mean_arcmin: float
-    rows_arcmin: FloatArray
 
 
 def run() -> Study:
     """Work the paper through."""
-    table_one = _table_one()
+    simulated = simulate_table_one()
     return Study(
         name="levelling",
         title="Levelling a strapdown gyro north-seeker by calculation",
@@ -72,17 +50,19 @@ def run() -> Study:
             "latitude 40 deg (the paper states none; 40 fits its figures), 24 positions, azimuth "
             "over the whole circle"
         ),
-        claims=(*_tilt_claims(), *_figure_claims(), *_table_claims(table_one), *_misprints()),
-        tables=(_tilt_table(), _latitude_table(), _table_one_table(table_one)),
-        charts=levelling_charts(table_one.rows_arcmin, TRANSFORM_DEG, VECTOR_DEG),
+        claims=(*_tilt_claims(), *_figure_claims(), *_table_claims(simulated), *_misprints()),
+        tables=(tilt_table(), latitude_table(), table_one_table(simulated)),
+        charts=levelling_charts(simulated.rows_arcmin, TRANSFORM_DEG, VECTOR_DEG),
     )
 
 
 def _tilt_claims() -> tuple[Claim, ...]:
     one_arcmin = 60.0 * _uncompensated_deg(1.0)
-    ratio = 100.0 * _largest_deg(10.0, 0.0, "vector_uncorrected") / 10.0
-    single = max(_largest_deg(10.0, zeta, "vector_published") for zeta in (0.0, 90.0, 180.0, 270.0))
-    between = _largest_deg(10.0, 45.0, "vector_published")
+    ratio = 100.0 * largest_of_tilt_deg(10.0, 0.0, "vector_uncorrected") / 10.0
+    single = max(
+        largest_of_tilt_deg(10.0, zeta, "vector_published") for zeta in (0.0, 90.0, 180.0, 270.0)
+    )
+    between = largest_of_tilt_deg(10.0, 45.0, "vector_published")
     return (
         Claim(
             where="introduction",
@@ -151,7 +131,7 @@ def _tilt_claims() -> tuple[Claim, ...]:
 
 def _figure_claims() -> tuple[Claim, ...]:
     largest = _uncompensated_deg(10.0)
-    anywhere = _largest_deg(10.0, 45.0, "uncompensated")
+    anywhere = largest_of_tilt_deg(10.0, 45.0, "uncompensated")
     random = np.random.default_rng(2011)
     sweep = repeated(Tilt(10.0 * DEG, 0.0), 48.0 * DEG, 20_000)
     noisy = sweep.noisy(0.02 * DEG_PER_HOUR, 2e-5, random)
@@ -216,7 +196,7 @@ def _table_claims(table_one: TableOne) -> tuple[Claim, ...]:
     transform, vector = (np.array(rows) for rows in (TRANSFORM_DEG, VECTOR_DEG))
     std_transform, std_vector = (60.0 * float(rows.std(ddof=1)) for rows in (transform, vector))
     low, high = table_one.std_range_arcmin
-    deviation = 60.0 * (float(vector.mean()) - _TRUE_DEG)
+    deviation = 60.0 * (float(vector.mean()) - TRUE_DEG)
     expected = (
         f"Seven determinations scatter by {low:.2f} to {high:.2f}' 95 times in 100, when one "
         f"scatters by {table_one.sigma_arcmin:.2f}' as simulated."
@@ -301,13 +281,8 @@ def _misprints() -> tuple[Claim, ...]:
     )
 
 
-def _largest_deg(epsilon_deg: float, zeta_deg: float, method: Method) -> float:
-    tilt = Tilt(epsilon_deg * DEG, zeta_deg * DEG)
-    return largest_deg(revolutions(tilt).errors_rad(method))
-
-
 def _uncompensated_deg(epsilon_deg: float) -> float:
-    return _largest_deg(epsilon_deg, 0.0, "uncompensated")
+    return largest_of_tilt_deg(epsilon_deg, 0.0, "uncompensated")
 
 
 def _solvers_apart_rad() -> float:
@@ -326,70 +301,3 @@ def _methods_apart_deg(azimuth_deg: float) -> float:
     noisy = still.noisy(0.02 * DEG_PER_HOUR, 2e-5, np.random.default_rng(5))
     apart = noisy.errors_rad("vector_published") - noisy.errors_rad("coordinate_transform")
     return float(apart.std()) / DEG
-
-
-def _table_one() -> TableOne:
-    still = repeated(Tilt(5.0 * DEG, 0.0), _TRUE_DEG * DEG, 7 * _SETS)
-    noisy = still.noisy(0.01 * DEG_PER_HOUR, 5e-4, np.random.default_rng(1))
-    rows = (noisy.errors_rad("coordinate_transform") / ARCMIN).reshape(_SETS, 7)
-    low, high = np.percentile(rows.std(axis=1, ddof=1), [2.5, 97.5])
-    mean = float(np.percentile(np.abs(rows.mean(axis=1)), 95.0))
-    return TableOne(float(rows.std()), (float(low), float(high)), mean, rows[:40])
-
-
-def _tilt_table() -> Table:
-    rows: Sequence[Sequence[Cell]] = tuple(
-        (
-            f"{epsilon:g} deg towards {zeta:g} deg",
-            *(Quantity(_largest_deg(epsilon, zeta, m), "deg", ".4f") for m in _FORMS),
-        )
-        for epsilon in (1.0, 5.0, 10.0)
-        for zeta in (0.0, 45.0)
-    )
-    columns = ("tilt", "none", "eq 11", "eq 10", "vector, ours", "eq 3")
-    return Table("Largest error of azimuth by each form", columns, rows)
-
-
-def _latitude_table() -> Table:
-    tilt = Tilt(1.0 * DEG, 0.0)
-    rows = tuple(
-        (
-            f"{latitude:g} deg",
-            Quantity(
-                60.0
-                * largest_deg(
-                    revolutions(tilt, latitude_rad=latitude * DEG).errors_rad("uncompensated")
-                ),
-                "arcmin",
-                ".1f",
-            ),
-            Quantity(60.0 * np.tan(latitude * DEG), "arcmin", ".1f"),
-        )
-        for latitude in (0.0, 20.0, 40.0, 60.0, 80.0)
-    )
-    return Table("What a tilt of 1 deg costs", ("latitude", "largest error", "tan L"), rows)
-
-
-def _table_one_table(table_one: TableOne) -> Table:
-    low, high = table_one.std_range_arcmin
-    half = table_one.mean_arcmin
-    columns = ("seven determinations", "mean less 48 deg", "standard deviation")
-    rows: list[tuple[str | Quantity, ...]] = []
-    for name, printed in (("coordinate transform", TRANSFORM_DEG), ("vector", VECTOR_DEG)):
-        column = 60.0 * (np.array(printed) - _TRUE_DEG)
-        mean, std = float(column.mean()), float(column.std(ddof=1))
-        rows.append(
-            (
-                f"{name}, its rows",
-                Quantity(mean, "arcmin", "+.3f"),
-                Quantity(std, "arcmin", ".3f"),
-            )
-        )
-    rows.append(
-        (
-            f"simulated, 95 of 100 of {_SETS} sets",
-            f"-{half:.2f} to {half:.2f} arcmin",
-            f"{low:.2f} to {high:.2f} arcmin",
-        )
-    )
-    return Table(f"Table 1, {len(ANGLES_RAD)} positions", columns, tuple(rows))

@@ -59,6 +59,7 @@ def _settings(config: RigConfig) -> WorldSettings:
         clockwise=config.turntable.positive_direction == "clockwise",
         seed=simulation.seed,
         rocking=_rocking(simulation, site.latitude_rad),
+        turns=config.turntable.turns,
     )
 
 

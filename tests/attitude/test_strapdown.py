@@ -11,7 +11,8 @@ from scipy.integrate import quad_vec
 
 from northfinder.attitude import ConingMotion, integrate
 from northfinder.attitude.cone_at_rest import LATITUDE_RAD, navigate_cone_at_rest
-from northfinder.attitude.strapdown import curvature_radii_m, navigate, velocity_increments
+from northfinder.attitude.strapdown import navigate, velocity_increments
+from northfinder.earth import curvature_radii_m
 from tests.attitude.motions import DEG, DEG_PER_HOUR, Array, rotation
 
 CONE = ConingMotion(1.0 * DEG, 16.0 * np.pi)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from northfinder.recording import headline
+from northfinder.procedures.plain_json import headline
 from northfinder.records import NewRun, Records
 from tests.page.browsing import Browsing, north_shown, rounded, wait_for_run
 from tests.service.process import ServiceProcess, serving, stored, wait_until_ready

@@ -38,7 +38,7 @@ async def stop_rig(parts: PartsOf) -> JsonObject:
     return {"stopped": True, "run_id": run_id}
 
 
-@router.post("/plans", response_model=Prediction, responses=problem_responses(422, 503))
+@router.post("/plans", response_model=Prediction, responses=problem_responses(404, 422, 503))
 def predict_run(request: RunRequest, parts: PartsOf) -> JsonObject:
     """What a run would take and bring; moves nothing."""
     rig = parts.thread.rig()

@@ -38,7 +38,7 @@ Key = Annotated[
 ]
 
 
-@router.post("", status_code=202, responses=problem_responses(409, 422, 503))
+@router.post("", status_code=202, responses=problem_responses(404, 409, 422, 503))
 async def start_run(
     request: RunRequest, parts: PartsOf, response: Response, key: Key = None
 ) -> Detail:
