@@ -40,7 +40,7 @@ async function request(method, path, body, headers = {}, deadline_ms = DEADLINE_
   return said;
 }
 
-export const get = (path) => request("GET", path);
+export const get = (path, deadline_ms) => request("GET", path, undefined, {}, deadline_ms);
 export const post = (path, body, headers, deadline_ms) => request("POST", path, body, headers, deadline_ms);
 export const patch = (path, body) => request("PATCH", path, body);
 export const del = (path) => request("DELETE", path);

@@ -1,6 +1,6 @@
 // The one look of every chart: two thin axes, no grid, units above the axis, whiskers of two sigma.
 
-import { wrap } from "./format.js";
+import { digits, wrap } from "./format.js";
 import { loadPlotly } from "./drawing.js";
 
 const REDRAW_MS = 500;
@@ -82,16 +82,7 @@ export function logAxis(look, [from, to], more) {
   for (let power = Math.floor(from); power <= to; power++) {
     for (const step of steps) if (Math.log10(step) + power >= from && Math.log10(step) + power <= to) tickvals.push(+`${step}e${power}`);
   }
-  return axis(look, { type: "log", range: [from, to], tickvals, ticktext: tickvals.map(plain), ...more });
-}
-
-const RAISED = { "-": "⁻", ...Object.fromEntries([..."⁰¹²³⁴⁵⁶⁷⁸⁹"].entries()) };
-
-// 0.02, 500, 2·10⁻⁵
-function plain(value) {
-  if (value >= 1e-3 && value < 1e5) return String(value);
-  const [digit, power] = value.toExponential(0).split("e");
-  return (digit === "1" ? "10" : `${digit}·10`) + [...power.replace("+", "")].map((one) => RAISED[one]).join("");
+  return axis(look, { type: "log", range: [from, to], tickvals, ticktext: tickvals.map((value) => digits(value, 1).replace(/^1·/, "")), ...more });
 }
 
 /** An axis whose ticks go round with the circle: it may run from 359.8 past 360 to 0.2. */

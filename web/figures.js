@@ -1,7 +1,7 @@
 // What noise the sensors have: each figure with its 95 % interval, so far or at the end.
 
 import { $, fill, h } from "./dom.js";
-import { count, duration, fixed, interval } from "./format.js";
+import { count, digits, duration, fixed, interval, sentence } from "./format.js";
 import { t } from "./i18n.js";
 import { newest } from "./run.js";
 import { columns, row, titled } from "./tables.js";
@@ -33,18 +33,16 @@ function figure(one) {
   return h("tr", {}, h("th", { scope: "row" }, ...name), h("td", {}, digits(one.value)), h("td", {}, interval(one)));
 }
 
-const digits = (value) => value.toPrecision(3);
-
 function numbers({ gyro, accelerometer, suggestion }) {
   return [
     titled(t("Numbers"), ""),
     h("table.numbers", {}, ...[["Gyro", gyro, 3, " °/h"], ["Accelerometer", accelerometer, 6, " g"]].map(([name, sensor, places, unit]) => h("tbody", {},
       h("tr", {}, h("th", { colspan: 2, scope: "rowgroup" }, t(name))),
       row(t("mean"), fixed(sensor.mean, places) + unit),
-      row(t("drift"), sensor.drift.seen ? `${sensor.drift.value.toPrecision(3).replace("-", "−")} ${SIGNS[sensor.drift.unit]}` : t("not seen")),
+      row(t("drift"), sensor.drift.seen ? `${`${sensor.drift.value < 0 ? "−" : ""}${digits(Math.abs(sensor.drift.value))}`} ${SIGNS[sensor.drift.unit]}` : t("not seen")),
       row(t("samples"), count(sensor.samples)),
       row(t("filled in"), count(sensor.filled)),
       row(t("recorded"), duration(sensor.samples * sensor.sample_period_s))))),
-    suggestion && h("div.suggestion", {}, h("h2", {}, t("Next north-seek")), h("p.dwell.figures", {}, `${Number(suggestion.dwell_s.toPrecision(2))} `, h("small", {}, t("s each"))), h("p.note", { lang: "en" }, suggestion.reason)),
+    suggestion && h("div.suggestion", {}, h("h2", {}, t("Next north-seek")), h("p.dwell.figures", {}, `${Number(suggestion.dwell_s.toPrecision(2))} `, h("small", {}, t("s each"))), h("p.note", { lang: "en" }, sentence(suggestion.reason))),
   ];
 }

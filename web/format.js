@@ -42,8 +42,15 @@ export function plusMinus(sigmaDeg, units) {
   return sigma + sign;
 }
 
-/** The ends of an interval, with three digits. */
-export const interval = ({ lower, upper }) => (upper == null ? `> ${lower.toPrecision(3)}` : `${lower.toPrecision(3)} … ${upper.toPrecision(3)}`);
+/** A positive number with so many digits: "0.000998", "9.94·10⁻⁶". */
+export function digits(value, places = 3) {
+  if (value >= 1e-4 && value < 1e5) return value >= 10 ** places ? String(Number(value.toPrecision(places))) : value.toPrecision(places);
+  const [front, power] = value.toExponential(places - 1).split("e");
+  return `${front}·10${[...power].map((one) => ({ "-": "⁻", "+": "" })[one] ?? "⁰¹²³⁴⁵⁶⁷⁸⁹"[one]).join("")}`;
+}
+
+/** The ends of an interval. */
+export const interval = ({ lower, upper }) => (upper == null ? `> ${digits(lower)}` : `${digits(lower)} … ${digits(upper)}`);
 
 /** A time to wait: "8 s", "2 min 40 s", "1 h 05 min". */
 export function duration(seconds) {

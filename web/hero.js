@@ -2,7 +2,7 @@
 
 import { showGyro, showNorth as draw } from "./dial.js";
 import { $, all, fill, h, setIcon, write } from "./dom.js";
-import { azimuth, clock, duration, interval, plusMinus } from "./format.js";
+import { azimuth, clock, digits, duration, interval, plusMinus } from "./format.js";
 import { t } from "./i18n.js";
 import { ENDED, doubtful, exaggeration, kindOf, leftS, measured, newest, north, phase, place, planned, schedule } from "./run.js";
 
@@ -67,7 +67,7 @@ function showWalk(state) {
   const seen = walk?.value != null;
   write($("north-label"), t("Angle random walk"));
   write($("reference"), seen ? `95 %: ${interval(walk)}` : "");
-  showFigure(seen ? walk.value.toPrecision(3) : unknown(state), "", seen ? "°/√h" : "", seen && !doubtful(state.run) ? "" : "unknown");
+  showFigure(seen ? digits(walk.value) : unknown(state), "", seen ? "°/√h" : "", seen && !doubtful(state.run) ? "" : "unknown");
   document.title = "northfinder";
 }
 

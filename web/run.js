@@ -1,6 +1,6 @@
 // What the run shown means: its phase, its legs, where it stands and what north it knows.
 
-import { sentence } from "./format.js";
+import { digits, sentence } from "./format.js";
 
 export const ENDED = ["completed", "failed", "aborted", "interrupted"];
 const PHASES = { queued: "running", failed: "stopped", interrupted: "stopped", aborted: "ended" };
@@ -54,7 +54,7 @@ export const live = ({ runs, run, estimates }) => runs.map((one) => {
   if (one.run_id !== run?.run_id) return one;
   const { azimuth_deg, azimuth_sigma_deg, gyro } = newest({ run, estimates }) ?? one;
   const walk = gyro?.angle_random_walk_deg_sqrt_h?.value;
-  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg, ...(walk && { figure: `${walk.toPrecision(3)} deg/sqrt(h)` }) };
+  return { ...one, state: run.state, progress: run.progress, azimuth_deg, azimuth_sigma_deg, ...(walk && { figure: `${digits(walk)} deg/sqrt(h)` }) };
 });
 
 /** How often the dial exaggerates its wedge: 1, 2, 5, 10 ... so that the predicted 2 sigma ends at 4 to 10 degrees. */

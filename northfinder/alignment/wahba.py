@@ -38,7 +38,7 @@ _CORRECTIONS = 8
 _BY_PROFILE = 2  # of them by B alone, which no data need be looked at for
 _STANDS_STILL_RAD = 1e-15
 _ROUNDING = 1e-15
-_WIDE = 1e-3  # squared spread of the directions: above, B's rounding turns q by 1e-13 rad
+_WIDE = 1e-6  # squared spread of the directions: above, B's rounding turns q by 1e-10 rad at most
 
 
 def quest(W: ArrayLike, V: ArrayLike, weights: ArrayLike | None = None) -> FloatArray:
@@ -48,8 +48,8 @@ def quest(W: ArrayLike, V: ArrayLike, weights: ArrayLike | None = None) -> Float
     vectors that are not unit. The adjugate's column with the largest diagonal is right for every
     angle, exactly 180 deg too. B squares the spread of the directions, so in a fan of 0.1 deg the
     published form errs by minutes from rounding alone. Newton's steps on the gain itself mend
-    that, in a fan below some 6 deg by the residuals ``W - A V``: the optimum is met to 1e-13 rad in
-    a fan of 0.01 deg, and to 1e-11 rad in the narrowest that is not refused. Where Newton cannot
+    that, in a fan below some 0.2 deg by the residuals ``W - A V``: the optimum is met to 1e-10 rad
+    in every fan that is not refused. Where Newton cannot
     tell the eigenvalues apart, below 0.02 deg, ``eigh`` gives the start.
 
     Args:
@@ -174,8 +174,8 @@ def _corrected(  # noqa: PLR0913, PLR0917 (all that there is of a problem)
         if step < _BY_PROFILE and not everywhere(spread > _WIDE):
             continue
         # A step leaves its own square, and what rounding makes of it in a narrow fan.
-        size = abs(turn[0]) + abs(turn[1]) + abs(turn[2])
-        if everywhere(size * (size + _ROUNDING / spread) < _STANDS_STILL_RAD):
+        moved = abs(turn[0]) + abs(turn[1]) + abs(turn[2])
+        if everywhere(moved * (moved + _ROUNDING / spread) < _STANDS_STILL_RAD):
             break
     return np.array(now).T
 

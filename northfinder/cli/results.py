@@ -8,7 +8,6 @@ from rich.table import Table
 from rich.text import Text
 
 from northfinder.cli.display import (
-    STATUS,
     add_value,
     budget_table,
     checks_table,
@@ -57,12 +56,11 @@ def _print_noise(console: Console, result: Result) -> None:
     for name in ("gyro", "accelerometer"):
         console.print()
         console.print(_noise_table(name, result[name]))
-        for remark in result[name]["remarks"]:
-            console.print(Text(f"  {remark}", style="dim"))
     suggestion = result["suggestion"]
     if suggestion is not None:
-        console.print()
-        console.print(Text(suggestion["reason"], style=STATUS["pass"]))
+        dwell = f"Suggested dwell for the next north-seek {suggestion['dwell_s']:.3g} s"
+        console.print(Text(f"\n{dwell}", style="bold"))
+        console.print(suggestion["reason"])
     console.print()
     console.print(checks_table(result))
 
@@ -100,6 +98,9 @@ def _noise_table(name: str, sensor: Result) -> Table:
         between = f"{figure['lower']:.3g} to {figure['upper']:.3g}"
         below = f"below {figure['upper']:.2g}"
         table.add_row(figure["name"], value, between if seen else below, figure["unit"])
+    drift = sensor["drift"]
+    if drift["seen"]:
+        add_value(table, "drift", drift["value"], drift["sigma"], drift["unit"])
     return table
 
 

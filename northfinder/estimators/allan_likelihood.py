@@ -26,7 +26,6 @@ _COUNTED = 0.5  # of the differences at a scale: under random walk the scales ar
 _MOST_TERMS = 5000.0  # of a scale: no model of a real gyro is trusted to better than 1 %
 _ROUNDING = 1e-12
 _CLOSE = 1e-6  # in log likelihood
-_ROUNDS = 200
 _HALVINGS = 30
 
 
@@ -71,12 +70,10 @@ class Likelihood:
         return replace(self, bins=bins, free=apart.T @ bins, shapes=shapes)
 
     def log(self, share: FloatArray) -> float:
-        """Logarithm of the likelihood, up to a constant; minus infinity where it is none."""
-        expected = share @ self.scales
-        sign, log_det = np.linalg.slogdet(np.tensordot(share, self.shapes, 1))
-        if sign <= 0.0 or np.any(expected <= 0.0):
-            return -np.inf
-        misfit = self.free @ np.linalg.solve(np.tensordot(share, self.shapes, 1), self.free)
+        """Logarithm of the likelihood, up to a constant, of shares that are not all zero."""
+        expected, covariance = share @ self.scales, np.tensordot(share, self.shapes, 1)
+        log_det = np.linalg.slogdet(covariance)[1]
+        misfit = self.free @ np.linalg.solve(covariance, self.free)
         short = self.terms @ (np.log(expected) + self.variances / expected)
         return -0.5 * float(log_det + misfit + short)
 
@@ -166,7 +163,7 @@ def maximise(
 ) -> tuple[FloatArray, float]:
     """Climb to the most likely shares, none negative, by Fisher's scoring; one may be held."""
     share, log, free = start, likelihood.log(start), np.arange(4) != fixed
-    for _ in range(_ROUNDS):
+    while True:
         aim = share.copy()
         aim[free] = _summit(share, *likelihood.slope(share), free)
         gained = 0.0
@@ -177,8 +174,7 @@ def maximise(
                 share, log = tried, log + gained
                 break
         if gained < _CLOSE:
-            break
-    return share, log
+            return share, log
 
 
 def _summit(

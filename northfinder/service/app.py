@@ -17,6 +17,7 @@ from northfinder.service.parts import Parts
 from northfinder.service.problems import install_problems, problem_responses
 from northfinder.service.rig_feed import RigFeed
 from northfinder.service.rig_thread import RigThread
+from northfinder.service.routes.studies import studies_router
 from northfinder.service.sessions import Guesses, Sessions, session_router
 from northfinder.service.settings import ServiceSettings
 from northfinder.service.shell import shell
@@ -65,6 +66,7 @@ def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -
     for router in (routes.rig, routes.simulation, routes.runs, routes.record):
         api.include_router(router.router)
     api.include_router(session_router(sessions, guesses))
+    api.include_router(studies_router())
     app.include_router(api)
     app.include_router(routes.health.router)
     app.router.routes.extend([*docs_routes(app.title, "/openapi.json"), *static_routes(files)])

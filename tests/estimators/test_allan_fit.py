@@ -74,6 +74,7 @@ def test_twenty_records_hold_the_truth_within_their_intervals(
 
 
 @pytest.mark.proof
+@pytest.mark.timeout(600)
 @CASES
 def test_intervals_cover_the_truth_in_nine_of_ten_records_at_least(
     n: float, b: float, k: float, q: float, seen: list[bool]

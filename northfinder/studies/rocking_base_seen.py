@@ -1,0 +1,125 @@
+"""What `rocking-base` fits: pairs of vectors, filtered in the ways that it could mean."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy import signal
+from scipy.spatial.transform import Rotation
+
+from northfinder.alignment import TaperQuest, optimized_triad, quest
+from northfinder.alignment.increments import InertialIncrements
+from northfinder.alignment.observations import low_pass, reaction_to_gravity
+from northfinder.attitude.arrays import FloatArray
+from northfinder.earth import earth_rate_n
+from northfinder.studies.rocking_base_drive import DURATION_S, LATITUDE_RAD, PERIOD_S, Drive
+
+PER_SECOND: Final = round(1.0 / PERIOD_S)
+_WARM: Final = round(DURATION_S / PERIOD_S)
+#: W and V to the rotation from in0 to ib0.
+Solver = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """A drive's pairs ``W = A V``, 125 a second; the fit takes the second half of them.
+
+    Attributes:
+        W: In ib0, ``(k, 3)``.
+        V: In in0, ``(k, 3)``.
+        turned: Body to ib0 after every second, ``(241,)``.
+    """
+
+    W: FloatArray
+    V: FloatArray
+    turned: Rotation
+
+    def raw(self) -> tuple[FloatArray, FloatArray]:
+        """Return W and V of the fit as they are."""
+        return self.W[_WARM:], self.V[_WARM:]
+
+    def low_passed(self, *, warm: bool) -> tuple[FloatArray, FloatArray]:
+        """Return W and V of the fit through the same filter from zero state, V too."""
+        begin = 0 if warm else _WARM
+        w, v = (low_passed(x[begin:]) for x in (self.W, self.V))
+        return w[_WARM - begin :], v[_WARM - begin :]
+
+    def started_by_own(self) -> tuple[FloatArray, FloatArray]:
+        """Return W and V of the fit, each filter set as if its first sample had always been."""
+        w, v = (low_passed(x, x[0]) for x in self.raw())
+        return w, v
+
+    def attitude(self, in0_to_ib0: FloatArray, fitted_s: FloatArray) -> Rotation:
+        """Return attitudes b to n so long after the fit's beginning, from q at each time."""
+        time_s = DURATION_S + fitted_s
+        turning = Rotation.from_rotvec(-np.outer(time_s, earth_rate_n(LATITUDE_RAD)))
+        in_in0 = Rotation.from_quat(in0_to_ib0, scalar_first=True).inv()
+        return turning * in_in0 * self.turned[np.rint(time_s).astype(int)]
+
+
+def see(drive: Drive) -> Seen:
+    """Bring a drive into the inertial frames of its beginning."""
+    increments, gained, turned = InertialIncrements(), [], [np.array([1.0, 0.0, 0.0, 0.0])]
+    for i in range(0, len(drive.angle_rad), PER_SECOND):
+        second = slice(i, i + PER_SECOND)
+        gained.append(increments.add(drive.angle_rad[second], drive.velocity[second]))
+        turned.append(increments.attitude)
+    W = np.vstack(gained) / (drive.gravity * PERIOD_S)
+    return Seen(W, reactions(len(W)), Rotation.from_quat(turned, scalar_first=True))
+
+
+def reactions(count: int) -> FloatArray:
+    """Return V of so many sampling periods, ``(count, 3)``."""
+    edges_s = PERIOD_S * np.arange(count + 1.0)
+    return reaction_to_gravity(LATITUDE_RAD, edges_s[:-1], edges_s[1:])
+
+
+def low_passed(vectors: FloatArray, first: FloatArray | None = None) -> FloatArray:
+    """Return vectors through the paper's filter, from zero state or as if ``first`` always was."""
+    sections = low_pass(PERIOD_S)
+    settled = signal.sosfilt_zi(sections)[:, :, np.newaxis]
+    state = np.zeros((1, 2, 3)) if first is None else settled * first
+    return np.asarray(signal.sosfilt(sections, vectors, axis=0, zi=state)[0])
+
+
+def by_two(W: FloatArray, V: FloatArray) -> FloatArray:
+    """Return q by Optimized TRIAD of the pairs at the end and in the middle."""
+    ends = [len(W) - 1, len(W) // 2 - 1]
+    return optimized_triad(W[ends], V[ends])
+
+
+def by_taper(power: int) -> Solver:
+    """Return the solver by the anchored taper."""
+
+    def solve(W: FloatArray, V: FloatArray) -> FloatArray:
+        fit = TaperQuest(power)
+        fit.add(PERIOD_S * (np.arange(len(W)) + 0.5), W, V)
+        return fit.solve(PERIOD_S * len(W))
+
+    return solve
+
+
+def by_unit_vectors(W: FloatArray, V: FloatArray) -> FloatArray:
+    """Return q by QUEST of unit vectors, as section 3.2 has them."""
+    w, v = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in (W, V))
+    return quest(w, v)
+
+
+def track_errors(
+    drive: Drive,
+    seen: Seen,
+    pairs: tuple[FloatArray, FloatArray],
+    solve: Solver,
+    fitted_s: FloatArray,
+) -> FloatArray:
+    """Return errors (E, N, U) against the shared-bias equilibrium after so many whole seconds.
+
+    Returns:
+        Small turns, rad, ``(len(fitted_s), 3)``.
+    """
+    counts = np.rint(fitted_s * PER_SECOND).astype(int)
+    q = np.array([solve(pairs[0][:n], pairs[1][:n]) for n in counts])
+    truth = drive.attitude(fitted_s)
+    error = (seen.attitude(q, fitted_s) * truth.inv()).as_rotvec()
+    return np.asarray(error - drive.equilibrium(truth))
