@@ -139,6 +139,14 @@ def choose_plan(page: Page, positions: int, dwell_s: float) -> None:
     expect(page.locator("#new-summary")).to_contain_text(f"{positions} ")
 
 
+def choose_kind(page: Page, kind: str) -> None:
+    """Choose the kind of the next run, and wait until its prediction has come."""
+    if not page.locator("#kinds").is_visible():
+        page.locator("#change").click()
+    with page.expect_response("**/api/v1/plans"):
+        page.locator(f"#kinds input[value={kind}]").check()
+
+
 def rounded(azimuth_deg: float, azimuth_sigma_deg: float) -> tuple[str, str]:
     """Return an azimuth and its two sigma as GUM 7.2.6 wants them: two significant digits."""
     expanded_deg = 2 * azimuth_sigma_deg

@@ -151,6 +151,7 @@ class Shelf:
 
     def _fill(self, name: str, future: Future[Worked]) -> None:
         with self._one_at_a_time:
+            _LOG.info("study %s is worked through", name)
             try:
                 worked = self._work(name)
             except Exception as error:  # noqa: BLE001 -- whoever waits is told
