@@ -75,7 +75,7 @@ function view({ name, paper, summary, conditions, claims, figures }) {
       h("thead", {}, h("tr", {}, ...["where", "the claim, and what we found", "printed", "ours", "verdict"].map((word) => h("th", { scope: "col" }, t(word))))),
       h("tbody", {}, ...claims.map(row)))),
     h("p.note", { lang: "en" }, conditions),
-    h("div.drawings", {}, ...figures.map((figure) => h("figure", { "data-figure": figure.name }, h("h3", { lang: "en" }, figure.title), h("div.drawing", { tabindex: 0, role: "region", "aria-label": figure.title }), h("figcaption.note", { lang: "en" }, figure.description)))),
+    h("div.drawings", {}, ...figures.map((figure) => h("figure", { "data-figure": figure.name }, h("h3", { lang: "en" }, figure.title), h("div.drawing", { lang: "en", tabindex: 0, role: "region", "aria-label": figure.title }), h("figcaption.note", { lang: "en" }, figure.description)))),
   ];
 }
 

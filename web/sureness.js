@@ -31,9 +31,9 @@ function build(state, look) {
   const since = (all) => Math.sqrt(Math.max(0, all ** 2 - begin ** 2)); // what the hold itself has added
   const added = grows ? u.map(since) : [];
   const linear = grows && since(predicted) > SEEN * begin;
-  const { yaxis, height } = linear ? upright(look, predicted, u) : logarithmic(look, grows ? since(predicted) : predicted, [...u, predicted]);
+  const { yaxis, height } = linear ? upright(look, predicted, u) : logarithmic(look, grows ? since(predicted) / 20 : predicted, [...u, predicted]);
   const end = whole_s / time.scale;
-  const named = (word, values) => values.length > 5 && label(t(word), x.at(-1), height(values.at(-1)), { xanchor: x.at(-1) > end / 2 ? "right" : "left", yanchor: "top", yshift: -4, font: { color: look.ink2 } });
+  const named = (word, values) => values.at(-1) > yaxis.range.map((one) => (linear ? one : 10 ** one))[0] && label(t(word), x.at(-1), height(values.at(-1)), { xanchor: x.at(-1) > end / 2 ? "right" : "left", yanchor: "bottom", yshift: 6, xshift: x.at(-1) > end / 2 ? -6 : 6, font: { color: look.ink2 } });
   return {
     data: [
       curve(x, u, look.blue), curve(x, added.map((one) => one || null), look.blue, "5px,3px"),

@@ -77,11 +77,11 @@ def _print(console: Console, study: Study) -> None:
 
 def _claims(study: Study) -> RichTable:
     table = plain_table("")
-    table.add_column("where", max_width=11)
-    table.add_column("claim", min_width=18)
+    table.add_column("where", max_width=12)
+    table.add_column("claim", ratio=1)
     table.add_column("printed", justify="right", no_wrap=True)
     table.add_column("ours", justify="right", no_wrap=True)
-    table.add_column("verdict", min_width=10)
+    table.add_column("verdict", width=10)
     for number, claim in enumerate(study.claims, 1):
         verdict = Text(claim.verdict.value, style=_STYLES[claim.verdict.value])
         printed = "" if claim.printed is None else str(claim.printed)

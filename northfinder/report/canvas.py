@@ -11,6 +11,7 @@ import re
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,12 +67,13 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A figure's size and its name for those who cannot see it."""
+    """A figure's size, and its name and what it shows for those who cannot see it."""
 
     name: str
     title: str
     width_pt: float
     height_pt: float
+    description: str = ""
 
 
 def render(sheet: Sheet, paint: Callable[["Figure"], None]) -> str:
@@ -96,7 +98,10 @@ def render(sheet: Sheet, paint: Callable[["Figure"], None]) -> str:
         figure = Figure(figsize=(sheet.width_pt / 72, sheet.height_pt / 72), facecolor="white")
         paint(figure)
         figure.savefig(written, format="svg", metadata={"Date": None, "Title": sheet.title})
-    return _embeddable(written.getvalue())
+    svg = _embeddable(written.getvalue())
+    if not sheet.description:
+        return svg
+    return svg.replace("</title>", f"</title>\n <desc>{escape(sheet.description)}</desc>", 1)
 
 
 def _embeddable(svg: str) -> str:

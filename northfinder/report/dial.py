@@ -35,19 +35,21 @@ def draw_dial(result: Mapping[str, Any]) -> str:
     """Draw north up, the index mark's line, and the wedge of 2 sigma, widened as it says."""
     azimuth_deg, two_sigma_deg = result["azimuth_deg"], 2.0 * result["azimuth_sigma_deg"]
     factor = exaggeration(two_sigma_deg)
+    turned = "gyro_fit" in result  # a table; what stands still has no directions to dot
 
     def paint(figure: "Figure") -> None:
         plane = add_plane(figure)
         _wedge(plane, azimuth_deg, factor * two_sigma_deg)
         _rose(plane)
-        _measured(plane, result)
+        if turned:
+            _measured(plane, result)
         _line(plane, azimuth_deg, BLUE, "solid")
         reference_deg = result["reference_azimuth_deg"]
         if reference_deg != azimuth_deg:
             _line(plane, reference_deg, INK2, (0, (4, 2)))
         label(
-            plane, (_CENTRE_PT[0], 3.0), _caption(factor, azimuth_deg, reference_deg),
-            align="center",
+            plane, (_CENTRE_PT[0], 3.0), _caption(factor, dashed=reference_deg != azimuth_deg,
+            dotted=turned), align="center",
         )  # fmt: skip
 
     title = "Compass: the azimuth of the table's index mark, with its uncertainty"
@@ -64,13 +66,11 @@ def exaggeration(two_sigma_deg: float) -> float:
     return factor
 
 
-def _caption(factor: float, azimuth_deg: float, reference_deg: float) -> str:
+def _caption(factor: float, *, dashed: bool, dotted: bool) -> str:
     words = "wedge ±2σ" if factor == 1.0 else f"wedge ±2σ, drawn ×{factor:.0f}"
-    return (
-        f"{words}; dashed: reference"
-        if reference_deg != azimuth_deg
-        else f"{words}; dots: measured"
-    )
+    if dashed:
+        return f"{words}; dashed: reference"
+    return f"{words}; dots: measured" if dotted else words
 
 
 def _at(azimuth_deg: FloatArray, radius_pt: float) -> tuple[FloatArray, FloatArray]:

@@ -32,7 +32,15 @@ TRUTH = {
     "gyro_drift_deg_h_h": ("gyro drift", "°/h per h"),
     "gyro_bias_instability_deg_h": ("gyro bias instability", "°/h"),
     "accel_noise_g_sqrt_hz": ("accelerometer noise", "g/√Hz"),
+    "base": ("base", ""),
     "seed": ("seed", ""),
+}
+#: Each kind of run, with its article.
+KINDS = {
+    "north-seek": "a north-seek",
+    "alignment": "an alignment",
+    "heading-hold": "a heading hold",
+    "noise": "a noise record",
 }
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -11,6 +11,7 @@ _MODULES: Final = {
     "coning-rk4": "northfinder.studies.coning_rk4",
     "rate-correction": "northfinder.studies.rate_correction",
     "coning-rate-vector": "northfinder.studies.coning_rate_vector",
+    "rocking-base": "northfinder.studies.rocking_base",
 }
 NAMES: Final = tuple(_MODULES)
 

@@ -62,14 +62,15 @@ def _newton(of_S: tuple[Any, Any, Any], of_z: tuple[Any, Any, Any], steps: int) 
         square = root * root
         value = (square - a - b) * square - c * root + a * b + c * sigma - d
         slope = 4 * square * root - 2 * (a + b) * root - c
-        if slope == 0 or abs(value) <= abs(slope) * type(slope)(1e-15 if _is_float(slope) else 0):
+        if abs(value) <= _settled(slope):
             break
         root -= value / slope
     return root
 
 
-def _is_float(number: object) -> bool:
-    return not isinstance(number, Decimal)
+def _settled(slope: Any) -> Any:  # noqa: ANN401 (float or Decimal)
+    """Return the value that moves the root by no more than the arithmetic can tell."""
+    return 0 if isinstance(slope, Decimal) else 1e-15 * abs(slope)
 
 
 def _adjugate(S: Numbers) -> Numbers:

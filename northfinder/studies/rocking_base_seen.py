@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -28,7 +29,8 @@ class Seen:
     Attributes:
         W: In ib0, ``(k, 3)``.
         V: In in0, ``(k, 3)``.
-        turned: Body to ib0 after every second, ``(241,)``.
+        turned: Body to ib0 after every second, ``(241,)``; where the first were left out,
+            the beginning stands for them.
     """
 
     W: FloatArray
@@ -58,12 +60,19 @@ class Seen:
         return turning * in_in0 * self.turned[np.rint(time_s).astype(int)]
 
 
-def see(drive: Drive) -> Seen:
-    """Bring a drive into the inertial frames of its beginning."""
-    increments, gained, turned = InertialIncrements(), [], [np.array([1.0, 0.0, 0.0, 0.0])]
-    for i in range(0, len(drive.angle_rad), PER_SECOND):
-        second = slice(i, i + PER_SECOND)
-        gained.append(increments.add(drive.angle_rad[second], drive.velocity[second]))
+def see(drive: Drive, first_s: int = 1) -> Seen:
+    """Bring a drive into the inertial frames of its beginning.
+
+    Args:
+        drive: What the sensors gave.
+        first_s: The first second after the fit's beginning whose attitude is wanted: one long
+            stretch is quicker than many short ones.
+    """
+    alone = round(DURATION_S) + first_s
+    ends = [alone * PER_SECOND, *range((alone + 1) * PER_SECOND, 2 * _WARM + 1, PER_SECOND)]
+    increments, gained, turned = InertialIncrements(), [], [np.array([1.0, 0.0, 0.0, 0.0])] * alone
+    for begin, end in pairwise([0, *ends]):
+        gained.append(increments.add(drive.angle_rad[begin:end], drive.velocity[begin:end]))
         turned.append(increments.attitude)
     W = np.vstack(gained) / (drive.gravity * PERIOD_S)
     return Seen(W, reactions(len(W)), Rotation.from_quat(turned, scalar_first=True))

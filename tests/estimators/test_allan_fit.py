@@ -76,13 +76,13 @@ def test_twenty_records_hold_the_truth_within_their_intervals(
 @pytest.mark.proof
 @pytest.mark.timeout(600)
 @CASES
-def test_intervals_cover_the_truth_in_nine_of_ten_records_at_least(
+def test_intervals_cover_the_truth_as_often_as_they_say(
     n: float, b: float, k: float, q: float, seen: list[bool]
 ) -> None:
-    """Stated: 95 %. Measured, 200 records: N 97-99, B 98, Q 99, K 90-92 %."""
+    """Stated: 95 %. Measured, 200 records: N 98-99, B 98, Q 100, K 94-98 %."""
     del seen
     fits = [fit_noise(record(1000 + seed, n, b, k, q), PERIOD_S) for seed in range(200)]
-    assert min(covered(fits, [n, b, k, q])) >= binom.ppf(0.001, 200, 0.90)
+    assert min(covered(fits, [n, b, k, q])) >= binom.ppf(0.001, 200, 0.95)
     assert sum(fit.drift.seen for fit in fits) <= 0.03 * 200
 
 

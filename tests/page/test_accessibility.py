@@ -10,7 +10,14 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from tests.page.axe import axe_script, grave_findings
-from tests.page.browsing import Browsing, Reader, choose_plan, wait_for_phase, wait_for_run
+from tests.page.browsing import (
+    Browsing,
+    Reader,
+    choose_kind,
+    choose_plan,
+    wait_for_phase,
+    wait_for_run,
+)
 from tests.service.process import ServiceProcess, serving, wait_until_ready
 
 pytestmark = pytest.mark.slow
@@ -46,11 +53,35 @@ def _failed(page: Page, service: ServiceProcess) -> None:
     wait_for_run(page, run_id, "stopped")
 
 
+def _aligned(page: Page, service: ServiceProcess) -> None:
+    run_id = service.start({"kind": "alignment", "duration_s": 20})
+    wait_for_run(page, run_id, "completed")
+    choose_kind(page, "alignment")
+    expect(page.locator("#sureness [data-visits]")).to_be_attached()
+    expect(page.locator("#track [data-visits]")).to_be_attached()
+
+
+def _recorded(page: Page, service: ServiceProcess) -> None:
+    run_id = service.start({"kind": "noise", "duration_s": 30})
+    wait_for_run(page, run_id, "completed")
+    choose_kind(page, "heading-hold")
+    expect(page.locator("#allan [data-visits]")).to_have_count(2)
+
+
+def _studying(page: Page, _: ServiceProcess) -> None:
+    page.locator("#studies > summary").click()
+    page.locator("[data-study=coning-rk4] > summary").click()
+    expect(page.locator("#studies .drawing svg").last).to_be_visible()
+
+
 _STATES: dict[str, Callable[[Page, ServiceProcess], None]] = {
     "before": _before,
     "running": _running,
     "completed": _completed,
     "failed": _failed,
+    "aligned": _aligned,
+    "recorded": _recorded,
+    "studying": _studying,
 }
 
 
@@ -121,7 +152,7 @@ _SMALL_TARGETS = """(least) => [...document.querySelectorAll(
 
 def test_a_finger_hits_every_control(page: Page) -> None:
     _turn(page, "light", 390, "en")
-    if not page.locator("#positions").is_visible():
+    if not page.locator(".fields:visible").count():
         page.locator("#change").click()
     assert page.evaluate(_SMALL_TARGETS, _FINGER_PX - 0.5) == []
 

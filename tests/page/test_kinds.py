@@ -76,7 +76,9 @@ def test_an_alignment_on_a_rocking_base_brings_north(
     truth_deg = service.api.get("/rig/simulation").json()["azimuth_deg"]
     assert _apart_deg(result["azimuth_deg"], truth_deg) < 4 * result["azimuth_sigma_deg"]
     expect(_chart(page, "track")).to_have_attribute("aria-label", re.compile(r"After 60 s"))
-    expect(page.locator("#numbers")).to_contain_text(f"{result['pitch_deg']:.1f}".replace("-", "−"))
+    pitch, expanded = rounded(result["pitch_deg"], result["level_sigma_deg"])
+    written = f"pitch{pitch.replace('-', '−')}°{expanded.removesuffix('°')}"
+    expect(page.locator("#numbers")).to_contain_text(written)
     expect(page.locator("#checks li")).to_have_count(len(result["checks"]))
     expect(page.get_by_role("link", name="Certificate")).to_be_hidden()
 

@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.page.browsing import Browsing, choose_plan, north_shown, wait_for_phase, wait_for_run
+from tests.page.browsing import (
+    Browsing,
+    choose_kind,
+    choose_plan,
+    north_shown,
+    wait_for_phase,
+    wait_for_run,
+)
 from tests.service.process import ServiceProcess
 
 _WEB = Path(__file__).parents[2] / "web"
@@ -40,6 +47,8 @@ _STAYS = {
     "Hz",
     "Esc",
     "E_n",
+    "QUEST",
+    "TRIAD",
 }
 
 
@@ -124,6 +133,36 @@ def test_a_chinese_page_speaks_chinese_before_during_and_after_a_run(
     wait_for_run(page, run_id, "completed")
     expect(page.locator("#solvers")).to_contain_text("矢量法")
     english["completed"] = _english_words(page, service)
+    assert {state: words for state, words in english.items() if words} == {}
+
+
+@pytest.mark.usefixtures("idle")
+def test_every_kind_of_run_speaks_chinese(browsing: Browsing, service: ServiceProcess) -> None:
+    browsing.expect_complaint("422")  # there may be no heading to hold yet
+    page = browsing.page(service.address, locale="zh-CN")
+    english = {}
+    for body in (
+        {"kind": "alignment", "duration_s": 20},
+        {"kind": "heading-hold", "duration_s": 20},
+        {"kind": "noise", "duration_s": 30},
+    ):
+        kind = str(body["kind"])
+        run_id = service.start({**body, "duration_s": 3600})
+        wait_for_run(page, run_id, "running")
+        expect(page.locator("#run-detail")).to_contain_text("剩余")
+        choose_kind(page, kind)
+        english[f"{kind} running"] = _english_words(page, service)
+        service.api.post("/rig/stop")
+        wait_for_run(page, run_id, "ended")
+        english[f"{kind} ended"] = _english_words(page, service)
+        run_id = service.start(body)
+        wait_for_run(page, run_id, "completed")
+        expect(page.locator("#numbers")).to_contain_text("数值")
+        english[f"{kind} completed"] = _english_words(page, service)
+    page.locator("#studies > summary").click()
+    page.locator("[data-study=coning-rk4] > summary").click()
+    expect(page.locator("[data-study=coning-rk4] .verdict").first).to_be_visible()
+    english["studies"] = _english_words(page, service)
     assert {state: words for state, words in english.items() if words} == {}
 
 
