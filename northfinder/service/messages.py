@@ -104,7 +104,10 @@ class CheckCounts(BaseModel):
 
 
 class Summary(BaseModel):
-    """A run as the history shows it; azimuth and checks are those so far until it has ended."""
+    """A run as the history shows it; azimuth and checks are those so far until it has ended.
+
+    A static record has no azimuth; its figure is the gyro's angle random walk, in words.
+    """
 
     run_id: str
     kind: str
@@ -117,6 +120,7 @@ class Summary(BaseModel):
     plan: JsonObject
     azimuth_deg: float | None
     azimuth_sigma_deg: float | None
+    figure: str | None
     checks: CheckCounts | None
     attention: list[str]
     error: str | None
@@ -325,6 +329,7 @@ def _summary(run: Run | RunSummary) -> JsonObject:
         "plan": run.plan,
         "azimuth_deg": headline.get("azimuth_deg"),
         "azimuth_sigma_deg": headline.get("azimuth_sigma_deg"),
+        "figure": headline.get("figure"),
         "checks": headline.get("checks"),
         "attention": headline.get("attention", []),
         "error": run.error,

@@ -80,7 +80,9 @@ def test_an_alignment_on_a_rocking_base_brings_north(
     written = f"pitch{pitch.replace('-', '−')}°{expanded.removesuffix('°')}"
     expect(page.locator("#numbers")).to_contain_text(written)
     expect(page.locator("#checks li")).to_have_count(len(result["checks"]))
-    expect(page.get_by_role("link", name="Certificate")).to_be_hidden()
+    with page.context.expect_page() as opened:
+        page.get_by_role("link", name="Certificate").click()
+    expect(opened.value.locator("body")).to_contain_text(run_id)
 
 
 def test_a_heading_is_held_after_a_north_seek(browsing: Browsing, service: ServiceProcess) -> None:

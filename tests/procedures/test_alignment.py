@@ -1,6 +1,7 @@
 """Alignments by the drivers' own bytes, on a bench that stands, and in a vehicle that rocks."""
 
 import math
+import time
 from typing import Any
 
 import pytest
@@ -136,3 +137,13 @@ def test_an_instrument_of_one_axis_is_refused() -> None:
     }
     outcome = seek(MINUTE, gyro=fog, accelerometer={"bias_sigma_g": 1e-4})
     assert "sends no valid rate y, rate z, force x" in outcome.reason
+
+
+@pytest.mark.speed
+def test_a_stream_of_1_khz_takes_less_than_a_fifth_of_one_core() -> None:
+    """Bytes, drivers, alignment and the simulated vehicle together."""
+    began_s = time.process_time()
+    outcome = seek(MINUTE, **vehicle())
+    used_s = time.process_time() - began_s
+    assert outcome.completed["plan"]["sample_period_s"] == 0.001
+    assert used_s < 0.2 * outcome.lasted_s

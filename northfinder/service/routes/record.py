@@ -9,7 +9,7 @@ from northfinder.records import Records, Run
 from northfinder.records.export import samples_csv, samples_parquet, visit_json, visits_csv
 from northfinder.replay import estimates_of
 from northfinder.report.certificate import certificate
-from northfinder.report.figures import draw
+from northfinder.report.figures import draw, drawn_from
 from northfinder.service import policies
 from northfinder.service.messages import JsonObject, Visits
 from northfinder.service.parts import PartsOf
@@ -86,7 +86,7 @@ def get_figure(run_id: RunId, name: str, parts: PartsOf) -> SvgResponse:
     """A figure of the certificate: fit, residuals, dial, convergence or budget."""
     store = parts.records
     run = store.run(run_id)
-    result = run.result or {"visits": _visits(store, run_id)}
+    result = drawn_from(run, store.visits(run_id))
     return SvgResponse(draw(name, result, estimates_of(store, run_id)), headers=_DOCUMENT)
 
 
