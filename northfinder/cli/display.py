@@ -56,11 +56,17 @@ def print_north(console: Console, result: Mapping[str, Any]) -> None:
     north = azimuth_with_uncertainty(result["azimuth_deg"], uncertainty_deg)
     decimals = decimals_of(uncertainty_deg)
     low, high = (azimuth(end, decimals) for end in result["azimuth_interval95_deg"])
-    console.print(Text(f"Azimuth {north} deg (2 sigma), of the table's index mark", style="bold"))
+    console.print(Text(f"Azimuth {north} deg (2 sigma), of {_mark(result)}", style="bold"))
     if result["reference_azimuth_deg"] != result["azimuth_deg"]:
         line = azimuth_with_uncertainty(result["reference_azimuth_deg"], uncertainty_deg)
         console.print(Text(f"Azimuth {line} deg (2 sigma), of the reference line", style="bold"))
     console.print(f"95 % interval {low} to {high} deg, clockwise from true north")
+
+
+def _mark(result: Mapping[str, Any]) -> str:
+    """Say what line the azimuth is of."""
+    table = result["rig"]["config"]["turntable"]
+    return "the mount's mark" if table["driver"] == "fixed" else "the table's index mark"
 
 
 def print_prediction(console: Console, prediction: Mapping[str, Any]) -> None:

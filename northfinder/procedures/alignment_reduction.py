@@ -93,7 +93,7 @@ def _check_bias(aligned: Aligned) -> Check:
     )
     text = f"What may be left of the gyros' biases turns the heading by {bias_rad / DEG:.3f} deg"
     if bias_rad <= _LIMITED_BY_BIAS_RAD:
-        return Check("gyro bias", "pass", f"{text}; no longer alignment would tell.")
+        return Check("gyro bias", "pass", f"{text}; a longer alignment would not tell.")
     advice = "find north on the turning table, or state a smaller [gyro] bias_sigma_deg_h."
     return Check("gyro bias", "warn", f"{text}; {advice}")
 
