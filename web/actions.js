@@ -39,10 +39,10 @@ export function mount(store) {
     for (const button of all("[data-again]")) button.disabled = off || why({ ...state, planError: null }) !== null;
     $("compare-runs").disabled = !other(state);
     $("use-dwell").hidden = !run.result?.suggestion;
-    $("hold-heading").classList.toggle("primary", run.kind === "alignment");
+    $("use-dwell").classList.toggle("primary", !doubtful(run));
     $("afresh").hidden = phase(state) === "stopped" && resumable(run); // there it is carried on
-    $("certificate").classList.toggle("primary", !doubtful(run));
-    $("again").classList.toggle("primary", doubtful(run) && run.kind === "north-seek"); // of a north that is not to be used no certificate is wanted
+    $("certificate").classList.toggle("primary", !doubtful(run) && !run.result?.suggestion);
+    $("again").classList.toggle("primary", doubtful(run)); // of a north that is not to be used no certificate is wanted
     for (const link of all("[data-get]")) link.href = `/api/v1/runs/${run.run_id}/${link.dataset.get}`;
     const usual = { running: resumable(run) ? "say.keep" : "say.kept", paused: "say.paused" }[phase(state)] ?? "";
     const said = off ? (asked.step ? `asked.${asked.step}` : "The service cannot be reached.") : usual;
@@ -89,7 +89,8 @@ function showMessage(state) {
   write($("what-more"), more);
   const known = north(state)?.azimuth_sigma_deg;
   const predicted = run.prediction?.azimuth_sigma_deg;
-  const means = t(!known ? "means.nothing" : predicted ? "means.instead" : "means.known", { u: plusMinus(known, units), v: plusMinus(predicted, units) });
+  const [u, v] = [plusMinus(known, units), plusMinus(predicted, units)];
+  const means = t(!known ? "means.nothing" : predicted && u !== v ? "means.instead" : "means.known", { u, v });
   if (!resumable(run)) return showUnresumable(run, known && means, n);
   write($("means"), n ? `${t("means.kept", { n, all: planned.length })} ${means}` : t("means.none"));
   write($("what-to-do"), t(n || run.state === "aborted" ? `do.${run.state}` : "do.empty"));

@@ -4,7 +4,7 @@ import { $, fill, h, icon } from "./dom.js";
 import { count, fine, fixed, near } from "./format.js";
 import { t } from "./i18n.js";
 import { reduce } from "./reduce.js";
-import { ENDED, newest, reason } from "./run.js";
+import { ENDED, newest, reason, resumable } from "./run.js";
 
 const ALWAYS = ["residuals", "earth rate", "tilt", "drift", "lost samples"];
 const RESULT = ["solvers", "table"]; // named beside them once there is a result
@@ -80,7 +80,7 @@ export function mount(store) {
   $("checks").append(head, list, folded);
   store.on(["run", "visits", "estimates"], (state) => {
     const { run, visits } = state;
-    const when = !run || run.result ? "" : ENDED.includes(run.state) ? t("on {n} visits", { n: visits.length }) : t("so far");
+    const when = !run || run.result || !resumable(run) ? "" : ENDED.includes(run.state) ? t("on {n} visits", { n: visits.length }) : t("so far");
     const order = ["run", ...ALWAYS, ...RESULT];
     const first = ({ name, status }) => ["warn", "fail"].includes(status) || ALWAYS.includes(name) || run?.kind !== "north-seek" || (run?.result && order.includes(name));
     const checks = judge(state).sort((a, b) => (b.status === "fail") - (a.status === "fail") || order.indexOf(a.name) - order.indexOf(b.name));

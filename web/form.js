@@ -2,7 +2,7 @@
 
 import { post, startRun } from "./api.js";
 import { $, all, fill, h, icon, write } from "./dom.js";
-import { azimuth, dayTime, duration, plusMinus } from "./format.js";
+import { azimuth, dayTime, duration, plusMinus, sentence } from "./format.js";
 import { t } from "./i18n.js";
 import { leftS, phase, waiting } from "./run.js";
 
@@ -70,6 +70,7 @@ export function mount(store) {
     if (now === known) return;
     known = now;
     if (!now) return;
+    if (rig.devices.some(({ driver }) => driver === "fixed")) store.set({ kind: "alignment" }); // without a table it seeks no north
     for (const input of form.querySelectorAll("[name=latitude_deg]")) input.defaultValue = now; // stands in the field until somebody writes another
     showHemisphere();
     predict();
@@ -98,7 +99,7 @@ function showHeadings({ runs, rig, lang }) {
   const select = $("hold-from_run");
   const { value } = select;
   fill(select, lang + found.map((run) => run.run_id), () => [
-    h("option", { value: "" }, t("the newest run")),
+    h("option", { value: "" }, t("the newest")),
     ...found.map((run) => h("option", { value: run.run_id }, `${dayTime(run.created)} · ${azimuth(run.azimuth_deg, run.azimuth_sigma_deg).value}°`)),
   ]);
   if ([...select.options].some((option) => option.value === value)) select.value = value;
@@ -165,7 +166,7 @@ export function why(state) {
     return t("One run at a time.") + (left_s === null ? "" : ` ${t("Ready in {time}.", { time: duration(left_s) })}`);
   }
   if (waiting(state)) return t("Resume or end the stopped run first.");
-  if (planError?.status === 422) return inputsOf(kind).some((input) => errorOf(input, planError)) ? t("Mend the marked field first.") : planError.message;
+  if (planError?.status === 422) return inputsOf(kind).some((input) => errorOf(input, planError)) ? t("Mend the marked field first.") : sentence(planError.message);
   return null;
 }
 

@@ -2,7 +2,7 @@
 
 import { showGyro, showNorth as draw } from "./dial.js";
 import { $, all, fill, h, setIcon, write } from "./dom.js";
-import { azimuth, clock, digits, duration, interval, plusMinus } from "./format.js";
+import { azimuth, clock, digits, duration, interval, plusMinus, sentence } from "./format.js";
 import { t } from "./i18n.js";
 import { ENDED, doubtful, exaggeration, kindOf, leftS, measured, newest, north, phase, place, planned, schedule } from "./run.js";
 
@@ -29,7 +29,7 @@ export function mount(store) {
   store.on(["run", "visits", "progress", "connection", "loaded", "rig"], showState);
   store.on(["run", "visits", "progress"], showCells);
   store.on("run", showVerdict);
-  store.on(["run", "prediction", "rig"], showPromise);
+  store.on(["run", "prediction", "rig", "kind", "planError"], showPromise);
   setInterval(() => showState(store.state), 1000);
 }
 
@@ -40,7 +40,7 @@ function showNorth(state) {
   if (kindOf(state) === "noise") return showWalk(state);
   const known = north(state);
   const offset = run?.site?.reference_offset_deg;
-  const label = t(!run || run.state === "completed" ? "North" : "North so far");
+  const label = t(!run || run.state === "completed" ? "North" : run.kind === "heading-hold" ? "North, held" : "North so far");
   const line = offset && known && text(azimuth((known.azimuth_deg + offset + 360) % 360, known.azimuth_sigma_deg, units));
   write($("north-label"), label);
   write($("reference"), line ? `${t("reference line")} ${line}` : "");
@@ -151,14 +151,17 @@ function showVerdict({ run, lang }) {
 
 const dwell = ({ suggestion }) => suggestion && t("noise.dwell", { dwell: Number(suggestion.dwell_s.toPrecision(2)) });
 
-// Before the first run: what the button will do, take and give.
-function showPromise({ run, prediction, rig }) {
-  if (run || !prediction) return;
-  const { kind, positions, dwell_s } = prediction.plan;
+// Before the first run: what the button will do, take and give; or why it cannot.
+function showPromise({ run, kind, prediction, planError, rig }) {
+  if (run) return;
+  const promised = prediction?.plan.kind === kind ? prediction : null;
   const speed = rig?.speed || 1;
-  write($("promise-time"), duration(prediction.duration_s / speed));
-  write($("promise-sigma"), plusMinus(prediction.azimuth_sigma_deg));
-  $("promise-sigma").parentElement.hidden = prediction.azimuth_sigma_deg == null;
+  write($("promise-time"), promised && !planError ? duration(promised.duration_s / speed) : "–");
+  write($("promise-sigma"), planError ? "–" : plusMinus(promised?.azimuth_sigma_deg));
+  $("promise-sigma").parentElement.hidden = kind === "noise";
+  if (planError) return write($("promise-words"), sentence(planError.message));
+  if (!promised) return;
+  const { positions, dwell_s } = promised.plan;
   const words = t(`first.${kind}`, { n: positions, dwell: Number(dwell_s?.toPrecision(3)) });
   write($("promise-words"), speed === 1 ? words : `${words} ${t("say.speed", { speed })}`);
 }

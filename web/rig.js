@@ -4,7 +4,7 @@ import { post } from "./api.js";
 import { $, all, setIcon, write } from "./dom.js";
 import { count, fixed, latitude } from "./format.js";
 import { t } from "./i18n.js";
-import { phase } from "./run.js";
+import { phase, resumable } from "./run.js";
 
 const LIGHTS = { ok: "live blue", silent: "warn orange", offline: "unknown orange", fault: "stopped red" };
 const HOLD_MS = 1000; // a word that changes faster than this cannot be read
@@ -58,7 +58,7 @@ function motion({ rig: { state, table, run_id }, run, connection }, moves) {
   if (connection === "lost") return [t("unknown"), "unknown orange"];
   if (!table || state === "offline") return [t("offline"), "stopped red"];
   if (moves) return [moves, "turning blue"];
-  return run?.state === "failed" && !run_id ? [t("stopped"), "stopped red"] : [t("still"), "still quiet"];
+  return run?.state === "failed" && resumable(run) && !run_id ? [t("stopped"), "stopped red"] : [t("still"), "still quiet"];
 }
 
 // A device that nobody can be asked about is neither well nor ill; what is said of the whole rig is said once.

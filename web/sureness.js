@@ -44,7 +44,7 @@ function build(state, look) {
       shapes: [line(0, predicted, 1, predicted, look.edge, { xref: "paper" }, "1.5px,2.5px")],
       annotations: [
         heading(look, t("±2σ, °")), time.note, grows && named("added since the start", added),
-        label(`${t("predicted")} ${plusMinus(predicted / 2)}`, end, height(predicted), { xanchor: "right", yanchor: grows ? "bottom" : "top", yshift: grows ? 4 : -4, xshift: -6, font: { color: look.ink2 } }),
+        label(`${t("predicted")} ${plusMinus(predicted / 2)}`, end, height(predicted), { xanchor: "right", yanchor: "bottom", yshift: 4, xshift: -6, font: { color: look.ink2 } }),
       ].filter(Boolean),
     },
     text: t("sureness.text", { u: plusMinus(now?.azimuth_sigma_deg), v: plusMinus(predicted / 2) }),

@@ -67,15 +67,20 @@ def draw_budget(result: Mapping[str, Any]) -> str:
         label(add_plane(figure), (_WIDTH_PT, 3.0), "standard uncertainty, °", align="right")
 
     title = "Uncertainty budget: the standard uncertainty of each source"
-    return render(Sheet("budget", title, _WIDTH_PT, height_pt), paint)
+    words = ", ".join(f"{line['source']} {_in_words(line['u_deg'])}" for line in lines)
+    sheet = Sheet("budget", title, _WIDTH_PT, height_pt, f"In degrees: {words}.")
+    return render(sheet, paint)
 
 
 def _bar(axes: Any, row: int, line: Mapping[str, Any], from_: Origin) -> None:  # noqa: ANN401
     u_deg = line["u_deg"]
     edge = EDGE if from_ == "configuration" else BLUE
     axes.barh(row, u_deg, height=0.55, facecolor=_FACE[from_], edgecolor=edge, linewidth=0.5)
-    words = f"{u_deg:.{decimals_of(u_deg)}f}" if u_deg > 0.0 else "none"
-    label(axes, (u_deg, row), words, shift_pt=(4.0, -2.2), color=INK2)
+    label(axes, (u_deg, row), _in_words(u_deg), shift_pt=(4.0, -2.2), color=INK2)
+
+
+def _in_words(u_deg: float) -> str:
+    return f"{u_deg:.{decimals_of(u_deg)}f}" if u_deg > 0.0 else "none"
 
 
 def _legend(figure: "Figure", baseline_pt: float, lines: Lines, result: Mapping[str, Any]) -> None:

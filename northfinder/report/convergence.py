@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from northfinder.estimators.arrays import FloatArray
+from northfinder.formatting import azimuth_with_uncertainty
 from northfinder.report.canvas import (
     BLUE,
     EDGE,
@@ -57,7 +58,14 @@ def draw_convergence(result: Mapping[str, Any], estimates: Sequence[Mapping[str,
         label(add_plane(figure), (_WIDTH_PT - _RIGHT_PT, 3.0), "visits", align="right")
 
     title = "Azimuth so far after each visit, with its uncertainty"
-    return render(Sheet("convergence", title, _WIDTH_PT, 105.0), paint)
+    first, last = (
+        azimuth_with_uncertainty(azimuth_deg[place], two_sigma_deg[place]) for place in (0, -1)
+    )
+    words = (
+        f"From {first} degrees after {visits[0]:.0f} visits to {last} degrees after "
+        f"{visits[-1]:.0f}, each with 2 sigma."
+    )
+    return render(Sheet("convergence", title, _WIDTH_PT, 105.0, words), paint)
 
 
 def _limits(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from northfinder.estimators.arrays import FloatArray
+from northfinder.formatting import azimuth_with_uncertainty
 from northfinder.report.canvas import (
     BLUE,
     EDGE,
@@ -53,7 +54,9 @@ def draw_dial(result: Mapping[str, Any]) -> str:
         )  # fmt: skip
 
     title = "Compass: the azimuth of the table's index mark, with its uncertainty"
-    return render(Sheet("dial", title, _SIZE_PT, _SIZE_PT + _CAPTION_PT), paint)
+    north = azimuth_with_uncertainty(azimuth_deg, two_sigma_deg)
+    words = f"It points to {north} degrees, 2 sigma, clockwise from north."
+    return render(Sheet("dial", title, _SIZE_PT, _SIZE_PT + _CAPTION_PT, words), paint)
 
 
 def exaggeration(two_sigma_deg: float) -> float:

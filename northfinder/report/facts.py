@@ -7,15 +7,16 @@ from typing import Any
 from northfinder.formatting import duration
 from northfinder.records import Run, VisitStatistics
 from northfinder.report.wording import (
-    ORDERS,
     TRUTH,
     latitude,
+    minus,
     plain,
     plural,
     scientific,
     significant,
     utc,
 )
+from northfinder.units import DEG
 
 #: Sections of a configuration that bear on north. The database's may hold a password.
 _SECTIONS = ("site", "turntable", "gyro", "accelerometer")
@@ -30,47 +31,45 @@ class Fact:
     text: str
 
 
-def how_it_was_measured(run: Run, visits: Sequence[VisitStatistics]) -> list[Fact]:
-    """Describe measurand, method, readings, site and time."""
-    return [
-        Fact(
-            "Measurand",
-            "Azimuth of the table's index mark (its angle zero): the horizontal angle from true "
-            "north, clockwise. North is astronomic, by the Earth's rotation and the plumb line.",
-        ),
-        Fact("Method", _method(run.plan)),
-        Fact("Readings", _readings(run.plan, visits)),
-        Fact("Site", _site(run)),
-        Fact("Recorded", f"{utc(run.started_utc)} to {utc(run.finished_utc)}"),
-    ]
-
-
-def _method(plan: Mapping[str, Any]) -> str:
-    revolutions, order = plan.get("revolutions", 1), str(plan.get("order"))
-    turns = "one revolution" if revolutions == 1 else f"{revolutions} revolutions"
-    return (
-        f"Gyrocompassing: rotation rate and specific force along a horizontal axis at "
-        f"{plan.get('positions', '?')} table angles of {turns}, {ORDERS.get(order, order)}; "
-        "R + a cos T + b sin T fitted to each; azimuth by coordinate transform with the tilt."
-    )
-
-
-def _readings(plan: Mapping[str, Any], visits: Sequence[VisitStatistics]) -> str:
+def visits_in_words(visits: Sequence[VisitStatistics], timing: str) -> str:
+    """Say how many visits there were and what they brought; ``timing`` is of each."""
     if not visits:
         return "No visit was completed."
     segments = len({visit.segment for visit in visits})
-    samples, lost = sum(v.samples for v in visits), sum(v.lost for v in visits)
-    dwell_s, settle_s = plan.get("dwell_s", 0.0), plan.get("settle_s", 0.0)
     return (
-        f"{plural(len(visits), 'visit')} in {plural(segments, 'segment')}; {dwell_s:g} s at each "
-        f"angle in all, each visit after {settle_s:g} s of settling; "
-        f"{plural(samples, 'gyro sample')}, {lost or 'none'} lost of both sensors; first to last "
-        f"visit {duration(visits[-1].start_s - visits[0].start_s)}."
+        f"{plural(len(visits), 'visit')} in {plural(segments, 'segment')}; {timing}"
+        f"{_samples(visits)}; first to last visit "
+        f"{duration(visits[-1].start_s - visits[0].start_s)}."
     )
 
 
-def _site(run: Run) -> str:
-    site, planned_deg = run.site, run.plan.get("latitude_deg")
+def stretches_in_words(run: Run, visits: Sequence[VisitStatistics]) -> str:
+    """Say what came of a stream that was kept stretch by stretch, the table at one angle."""
+    if not visits:
+        return "No stretch of samples was kept."
+    angle = minus(f"{visits[0].angle_rad / DEG:.4f}")
+    table = run.rig.get("config", {}).get("turntable", {})
+    where = "on a fixed mount" if table.get("driver") == "fixed" else f"the table at {angle}°"
+    return (
+        f"{plural(len(visits), 'stretch')} of one stream, {where}; {_samples(visits)}; "
+        f"first to last stretch "
+        f"{duration(visits[-1].start_s - visits[0].start_s)}."
+    )
+
+
+def _samples(visits: Sequence[VisitStatistics]) -> str:
+    samples, lost = sum(v.samples for v in visits), sum(v.lost for v in visits)
+    return f"{plural(samples, 'gyro sample')}, {lost or 'none'} lost of both sensors"
+
+
+def recorded(run: Run) -> Fact:
+    """Say when."""
+    return Fact("Recorded", f"{utc(run.started_utc)} to {utc(run.finished_utc)}")
+
+
+def site(run: Run, planned_deg: float | None) -> Fact:
+    """Say where; a latitude of the plan's own goes before the site's."""
+    site = run.site
     latitude_deg = site.get("latitude_deg") if planned_deg is None else planned_deg
     words = [str(site.get("name", run.rig_name))]
     if latitude_deg is not None:
@@ -81,7 +80,7 @@ def _site(run: Run) -> str:
         words.append(f"height {site['height_m']:g} m")
     if site.get("gravity_g") is not None:
         words.append(f"local gravity {site['gravity_g']:.5f} standard gravities")
-    return ", ".join(words) + "."
+    return Fact("Site", ", ".join(words) + ".")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,15 +119,35 @@ def _instrument(device: Mapping[str, Any]) -> Instrument:
     )
 
 
-def configuration(run: Run) -> list[tuple[str, list[tuple[str, str]]]]:
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section of a configuration: what was set, and the keys that were not."""
+
+    name: str
+    settings: list[tuple[str, str]]
+    open: list[str]
+
+
+def configuration(run: Run) -> list[Section]:
     """Return the plan and the rig's configuration as they were, section by section."""
     config = run.rig.get("config") or {}
-    sections = [("plan", run.plan), *((name, config.get(name) or {}) for name in _SECTIONS)]
-    return [
-        (name, [(key, plain(value)) for key, value in section.items()])
-        for name, section in sections
-        if section
-    ]
+    sections = {"plan": run.plan, **{name: config.get(name) or {} for name in _SECTIONS}}
+    inner = {
+        f"{name}.{key}": value
+        for name, section in sections.items()
+        for key, value in section.items()
+        if isinstance(value, dict)
+    }
+    return [_section(name, keys) for name, keys in (sections | inner).items() if keys]
+
+
+def _section(name: str, keys: Mapping[str, Any]) -> Section:
+    single = {key: value for key, value in keys.items() if not isinstance(value, dict)}
+    return Section(
+        name,
+        [(key, plain(value)) for key, value in single.items() if value is not None],
+        [key for key, value in single.items() if value is None],
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,9 +164,11 @@ def simulation(run: Run) -> Simulation | None:
         return None
     links = {str(d.get("role")): str(d.get("link", "")) for d in run.rig.get("devices", ())}
     simulated = [role for role, link in links.items() if link.startswith("sim:")]
+    moves = run.simulation.get("base", "still") != "still"
+    at_rest = "; the base moves, and azimuth, pitch and roll are those of the base at rest"
     return Simulation(
         devices=", ".join(simulated) or "instruments",
-        truth=", ".join(_truth(run.simulation)),
+        truth=", ".join(_truth(run.simulation)) + (at_rest if moves else ""),
     )
 
 

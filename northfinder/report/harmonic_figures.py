@@ -65,7 +65,8 @@ def draw_fit(result: Mapping[str, Any]) -> str:
             _residuals(figure, 42.0, readings)
 
     title = "Gyro rate against table angle, with the fit and its residuals"
-    return render(Sheet("fit", title, _WIDTH_PT, bottom_pt + 108.0), paint)
+    sheet = Sheet("fit", title, _WIDTH_PT, bottom_pt + 108.0, _in_words(readings))
+    return render(sheet, paint)
 
 
 def draw_residuals(result: Mapping[str, Any]) -> str:
@@ -77,7 +78,21 @@ def draw_residuals(result: Mapping[str, Any]) -> str:
         _legend(figure, 134.5, readings)
 
     title = "Residuals of the gyro's fit against table angle"
-    return render(Sheet("residuals", title, _WIDTH_PT, 144.0), paint)
+    return render(Sheet("residuals", title, _WIDTH_PT, 144.0, _in_words(readings)), paint)
+
+
+def _in_words(readings: Readings) -> str:
+    said = (
+        f"{len(readings.rate_deg_h)} readings from {readings.rate_deg_h.min():.2f} to "
+        f"{readings.rate_deg_h.max():.2f} degrees an hour"
+    )
+    if readings.fit is None:
+        return f"{said}, without a fit."
+    left_deg_h = readings.rate_deg_h - readings.fit.rate_deg_h(readings.angle_deg)
+    decimals = decimals_of(float(np.median(readings.sigma_deg_h)))
+    return (
+        f"{said}; the largest residual is {np.abs(left_deg_h).max():.{decimals}f} degrees an hour."
+    )
 
 
 def _table_axes(figure: "Figure", bottom_and_height_pt: tuple[float, float], what: str) -> "Axes":

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Any, Final, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from northfinder.estimators.arrays import BoolArray, FloatArray
+from northfinder.estimators.arrays import FloatArray
 
 Estimates = Sequence[Mapping[str, Any]]
 
@@ -55,9 +56,10 @@ class History:
         return cls(**columns, level_sigma_deg=level_sigma_deg)
 
     @property
-    def settled(self) -> BoolArray:
+    def settled(self) -> NDArray[np.bool_]:
         """Say which moments a scale is for: the first of an alignment know next to nothing."""
-        settled: BoolArray = self.azimuth_sigma_deg <= _SETTLED * self.azimuth_sigma_deg[-1]
+        sigma_deg = self.azimuth_sigma_deg
+        settled: NDArray[np.bool_] = sigma_deg <= _SETTLED * sigma_deg[-1]
         return settled
 
 
@@ -70,7 +72,8 @@ def _since_it_began(estimates: Estimates) -> Estimates:
 
 def _without_leaps(azimuth_deg: FloatArray) -> FloatArray:
     whole: FloatArray = np.unwrap(azimuth_deg, period=360.0)
-    return whole - whole[-1] + azimuth_deg[-1]
+    whole += azimuth_deg[-1] - whole[-1]
+    return whole
 
 
 def _level_sigma_deg(time_s: FloatArray, estimates: Estimates) -> FloatArray:

@@ -5,45 +5,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from northfinder.formatting import azimuth, decimals_of, degrees_minutes_seconds
-from northfinder.report.budget import origin
+from northfinder.formatting import azimuth, decimals_of
 from northfinder.report.wording import (
     SOLVERS,
-    STATUSES,
     UNDETERMINED,
     Quantity,
     difference_deg,
     minus,
-    percent,
     quantity,
     significant,
 )
 
 Result = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class North:
-    """One azimuth with its expanded uncertainty, k = 2, to the same decimal."""
-
-    value: str
-    expanded: str
-    sexagesimal: str
-    interval: tuple[str, str]
-
-
-def north(result: Result, key: str = "azimuth_deg") -> North:
-    """Return the azimuth of the index mark, or by its key that of the reference line."""
-    value_deg, expanded_deg = result[key], 2.0 * result["azimuth_sigma_deg"]
-    decimals = decimals_of(expanded_deg)
-    offset_deg = value_deg - result["azimuth_deg"]
-    low, high = (end + offset_deg for end in result["azimuth_interval95_deg"])
-    return North(
-        value=azimuth(value_deg, decimals),
-        expanded=significant(expanded_deg),
-        sexagesimal=degrees_minutes_seconds(value_deg, expanded_deg),
-        interval=(azimuth(low, decimals), azimuth(high, decimals)),
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,38 +42,6 @@ def solutions(result: Result, names: tuple[str, ...]) -> list[Solution]:
         )
         for name, solution in result["solutions"].items()
         if name in names
-    ]
-
-
-@dataclass(frozen=True, slots=True)
-class BudgetRow:
-    """One source; type A is evaluated from the readings, B from other knowledge (JCGM 100)."""
-
-    source: str
-    evaluation: str
-    u: str
-    share: str
-
-
-def budget(result: Result) -> list[BudgetRow]:
-    """Return the budget's lines."""
-    return [
-        BudgetRow(
-            line["source"],
-            "A, this run" if origin(line["source"], result) == "this run" else "B, configuration",
-            significant(line["u_deg"]),
-            percent(line["share"]),
-        )
-        for line in result["budget"]
-    ]
-
-
-def taken_as_exact(result: Result) -> list[str]:
-    """Return the sources that count nothing because the configuration states nothing."""
-    return [
-        line["source"]
-        for line in result["budget"]
-        if line["u_deg"] == 0.0 and origin(line["source"], result) == "configuration"
     ]
 
 
@@ -175,45 +116,3 @@ def _scatter(fit: Mapping[str, Any], key: str, unit: str, scale: float) -> Quant
     note = "" if chi2 is None else f"1σ; χ² {chi2:.1f}, {fit['dof']} dof"
     shown = UNDETERMINED if value is None else significant(value * scale)
     return Quantity("scatter of a visit", shown, "", unit, note)
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """One check: a word, the shape that goes with it, and the reason."""
-
-    name: str
-    status: str
-    word: str
-    detail: str
-
-
-def checks(result: Result) -> list[Verdict]:
-    """Return the checks, what needs attention first."""
-    urgency = {"fail": 0, "warn": 1}
-    found = sorted(result["checks"], key=lambda check: urgency.get(check["status"], 2))
-    return [
-        Verdict(c["name"], c["status"], STATUSES.get(c["status"], c["status"]), c["detail"])
-        for c in found
-    ]
-
-
-def verdict(result: Result) -> Verdict:
-    """Say in a line whether anything is wrong."""
-    found = checks(result)
-    passed = sum(check.status == "pass" for check in found)
-    if passed == len(found):
-        return Verdict("checks", "pass", STATUSES["pass"], f"All {passed} checks passed.")
-    detail = f"{passed} of {len(found)} checks passed."
-    for status, words in (("fail", "Not to be used before explained"), ("warn", "Attention")):
-        names = [check.name for check in found if check.status == status]
-        detail += f" {words}: {', '.join(names)}." if names else ""
-    return Verdict("checks", found[0].status, found[0].word, detail)
-
-
-def miss(result: Result) -> str:
-    """Say how far the result lies from the simulation's truth."""
-    truth_deg = result["simulation"]["azimuth_deg"]
-    sigma_deg = result["azimuth_sigma_deg"]
-    apart = difference_deg(result["azimuth_deg"], truth_deg, decimals_of(2.0 * sigma_deg))
-    sigmas = abs(math.remainder(result["azimuth_deg"] - truth_deg, 360.0)) / sigma_deg
-    return f"{apart}° from the true azimuth: {sigmas:.1f} of its standard uncertainties"

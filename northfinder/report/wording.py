@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 from northfinder.formatting import decimals_of, with_uncertainty
 
@@ -35,6 +36,19 @@ TRUTH = {
     "base": ("base", ""),
     "seed": ("seed", ""),
 }
+#: What a unit of a noise figure is in print, and how many of those it is.
+_UNITS = {
+    "deg/sqrt(h)": ("°/√h", 1.0),
+    "deg/h": ("°/h", 1.0),
+    "deg/h/sqrt(h)": ("°/h/√h", 1.0),
+    "deg/h/h": ("°/h per h", 1.0),
+    "arcsec": ("″", 1.0),
+    "g/sqrt(Hz)": ("µg/√Hz", 1e6),
+    "g": ("µg", 1e6),
+    "g/sqrt(h)": ("µg/√h", 1e6),
+    "g s": ("µg s", 1e6),
+    "g/h": ("µg/h", 1e6),
+}
 #: Each kind of run, with its article.
 KINDS = {
     "north-seek": "a north-seek",
@@ -44,6 +58,18 @@ KINDS = {
 }
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Unit(NamedTuple):
+    """A unit in print, and what a recorded number is to be multiplied by."""
+
+    name: str
+    scale: float
+
+
+def unit_of(recorded: str) -> Unit:
+    """Return how a unit of a noise figure is printed; one that is not known, as it is."""
+    return Unit(*_UNITS.get(recorded, (recorded, 1.0)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,14 +128,13 @@ def utc(moment: datetime | None) -> str:
 
 def plural(count: int, word: str) -> str:
     """Write ``1 segment``, ``2 segments``, ``120 000 samples``."""
-    return f"{count:,} {word}{'' if count == 1 else 's'}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    ending = "" if count == 1 else "es" if word.endswith("ch") else "s"
+    return f"{count:,} {word}{ending}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def plain(value: object) -> str:
     """Write a value of a configuration."""
     match value:
-        case None:
-            return "not set"
         case bool():
             return "yes" if value else "no"
         case float():
@@ -124,3 +149,13 @@ def scientific(value: object) -> str:
         return plain(value)
     number, _, power = f"{value:.10g}".partition("e")
     return f"{minus(number)} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
+
+
+def power_of_ten(value: float) -> str:
+    """Write a tick of decades: ``0.01``, ``200``, ``10⁻⁵``, ``2 × 10⁵``."""
+    if 1e-3 <= value < 1e4:
+        return f"{value:.10g}"
+    power = math.floor(math.log10(value) + 1e-9)
+    number = f"{value / 10.0**power:.3g}"
+    ten = f"10{str(power).translate(_SUPERSCRIPTS)}"
+    return ten if number == "1" else f"{number} × {ten}"

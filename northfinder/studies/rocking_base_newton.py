@@ -1,5 +1,6 @@
 """QUEST to the letter of `rocking-base` (eqs 13 to 17), in floats or in Decimals."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import Any, Final
@@ -43,7 +44,7 @@ def profile(W: FloatArray, V: FloatArray) -> FloatArray:
 
 def published_quest(B: Numbers, steps: int) -> Numbers:
     """Return q after so many Newton steps from 1, not normalised, ``(4,)``, scalar first."""
-    S, sigma = B + B.T, np.trace(B)
+    S, sigma = B + B.T, np.trace(B)  # noqa: N806 (as in print)
     z = np.array([B[2, 1] - B[1, 2], B[0, 2] - B[2, 0], B[1, 0] - B[0, 1]])
     squared, adjugate = S @ S, _adjugate(S)
     kappa, delta = np.trace(adjugate), S[0] @ adjugate[:, 0]
@@ -53,9 +54,9 @@ def published_quest(B: Numbers, steps: int) -> Numbers:
     return np.array([(root + sigma) * alpha - delta, *x])
 
 
-def _newton(of_S: tuple[Any, Any, Any], of_z: tuple[Any, Any, Any], steps: int) -> Any:  # noqa: ANN401 (float or Decimal)
+def _newton(of_s: tuple[Any, Any, Any], of_z: tuple[Any, Any, Any], steps: int) -> Any:  # noqa: ANN401 (float or Decimal)
     """Return the root of eq 16 by eq 17."""
-    sigma, kappa, delta = of_S
+    sigma, kappa, delta = of_s
     a, b, c, d = sigma * sigma - kappa, sigma * sigma + of_z[0], delta + of_z[1], of_z[2]
     root = sigma * 0 + 1
     for _ in range(steps):
@@ -70,12 +71,11 @@ def _newton(of_S: tuple[Any, Any, Any], of_z: tuple[Any, Any, Any], steps: int) 
 
 def _settled(slope: Any) -> Any:  # noqa: ANN401 (float or Decimal)
     """Return the value that moves the root by no more than the arithmetic can tell."""
-    return 0 if isinstance(slope, Decimal) else 1e-15 * abs(slope)
+    return abs(slope) * (Decimal("1e-55") if isinstance(slope, Decimal) else 1e-15)
 
 
-def _adjugate(S: Numbers) -> Numbers:
-    """Return the adjugate of a symmetric matrix: rows of cross products."""
-    (a, b, c), (_, d, e), (_, _, f) = S
+def _adjugate(symmetric: Numbers) -> Numbers:
+    (a, b, c), (_, d, e), (_, _, f) = symmetric
     return np.array(
         [
             [d * f - e * e, c * e - b * f, b * e - c * d],
@@ -85,15 +85,24 @@ def _adjugate(S: Numbers) -> Numbers:
     )
 
 
-def truncated_rad(B: FloatArray, steps: int) -> float:
+def truncated_rad(B: FloatArray, steps: Sequence[int]) -> list[float]:
     """Return how far q is after so many steps from where it settles, with nothing rounded, rad."""
     with localcontext() as context:
         context.prec = _DIGITS
         exact = np.array([[Decimal(float(x)) for x in row] for row in B], dtype=object)
-        found, settled = (published_quest(exact, n) for n in (steps, _STEPS))
-        left, right = (q / (q @ q).sqrt() for q in (found, settled))
-        apart = left - right if left @ right > 0 else left + right
-        return 2.0 * float((apart @ apart).sqrt())
+        settled = _unit(published_quest(exact, _STEPS))
+        return [_apart_rad(settled, _unit(published_quest(exact, n))) for n in steps]
+
+
+def _apart_rad(left: Numbers, right: Numbers) -> float:
+    """Return the angle between two attitudes that lie close together."""
+    apart = left - right if left @ right > 0 else left + right
+    return 2.0 * float(np.sqrt(apart @ apart))
+
+
+def _unit(q: Numbers) -> Numbers:
+    unit: Numbers = q / np.sqrt(q @ q)
+    return unit
 
 
 def rounding(duration_s: float) -> Rounding:

@@ -1,18 +1,20 @@
 """Every way to align on the rocking base, over the same drives."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from northfinder.alignment import Alignment, quest
+from northfinder.alignment import Limits
 from northfinder.attitude.arrays import FloatArray
 from northfinder.studies.rocking_base_drive import DURATION_S, Drive, drive
 from northfinder.studies.rocking_base_newton import profile, truncated_rad
 from northfinder.studies.rocking_base_seen import (
     Seen,
     Solver,
+    by_quest,
     by_taper,
     by_two,
     by_unit_vectors,
@@ -22,7 +24,7 @@ from northfinder.studies.rocking_base_seen import (
 from northfinder.units import ARCMIN, ARCSEC
 
 SEEDS: Final = 20
-STEPS: Final = (0, 1, 2, 3)
+STEPS: Final = (0, 1, 2, 3, 8)
 #: Seconds of the fit after which the paper's figures hold.
 LATE_S: Final = np.arange(100.0, 121.0)
 _END_S: Final = np.array([DURATION_S])
@@ -42,13 +44,13 @@ PRODUCT: Final = {
 #: What it has not, or only in parts.
 OTHERS: Final[dict[str, tuple[Callable[[Seen], Pairs], Solver]]] = {
     "taper, p = 1": (Seen.raw, by_taper(1)),
-    "QUEST of unit vectors, cold": (lambda seen: seen.low_passed(warm=False), by_unit_vectors),
-    "QUEST, each filter from its own first": (Seen.started_by_own, quest),
+    "QUEST, unit, cold": (lambda seen: seen.low_passed(warm=False), by_unit_vectors),
+    "QUEST, own first": (Seen.started_by_own, by_quest),
 }
 #: What is followed from 100 s on.
 FOLLOWED: Final[dict[str, tuple[Callable[[Seen], Pairs], Solver]]] = {
     "Optimized TRIAD, warm": (lambda seen: seen.low_passed(warm=True), by_two),
-    "QUEST, warm": (lambda seen: seen.low_passed(warm=True), quest),
+    "QUEST, warm": (lambda seen: seen.low_passed(warm=True), by_quest),
     "taper, p = 2": (Seen.raw, by_taper(2)),
 }
 #: What Newton's method is tried on.
@@ -64,13 +66,13 @@ class Errors:
     """Errors of one way to align, over all drives of a base.
 
     Attributes:
-        from_shared: Against the equilibrium with the same biases, (E, N, U), rad, ``(n, 3)``.
+        from_equilibrium: Against the equilibrium with the same biases, (E, N, U), rad, ``(n, 3)``.
         from_truth: Against the truth, rad, ``(n, 3)``.
         noise_rad: Predicted sigma of the heading, biases left out, ``(n,)``; empty for none.
         sigma_rad: Predicted sigma of the heading with them, ``(n,)``; empty for none.
     """
 
-    from_shared: FloatArray
+    from_equilibrium: FloatArray
     from_truth: FloatArray
     noise_rad: FloatArray
     sigma_rad: FloatArray
@@ -78,12 +80,12 @@ class Errors:
     @property
     def heading_arcmin(self) -> FloatArray:
         """Magnitudes against the equilibrium, ``(n,)``."""
-        return heading_arcmin(self.from_shared)
+        return heading_arcmin(self.from_equilibrium)
 
     @property
     def level_arcsec(self) -> FloatArray:
         """Magnitudes against the equilibrium, ``(n,)``."""
-        return level_arcsec(self.from_shared)
+        return level_arcsec(self.from_equilibrium)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +95,7 @@ class Trials:
     Attributes:
         at_end: Errors after 120 s, by the way to align.
         late: Errors after every second from 100 s on, rad, ``(n, 21, 3)``.
-        truncated_rad: What Newton's method lacks after 0, 1, 2, 3 steps, ``(n, 4)``.
+        truncated_rad: What Newton's method lacks after each of ``STEPS``, ``(n, 5)``.
     """
 
     at_end: dict[str, Errors]
@@ -113,26 +115,26 @@ def level_arcsec(errors_rad: FloatArray) -> FloatArray:
 
 def try_all(base: str, seeds: int = SEEDS) -> Trials:
     """Align in every way on so many drives of a base."""
-    product: dict[str, list[tuple[FloatArray, ...]]] = {name: [] for name in PRODUCT}
+    product: dict[str, list[tuple[FloatArray, float, float]]] = {name: [] for name in PRODUCT}
     others: dict[str, list[FloatArray]] = {name: [] for name in OTHERS}
     late: dict[str, list[FloatArray]] = {name: [] for name in FOLLOWED}
     truncated: dict[str, list[list[float]]] = {name: [] for name in FILTERED}
-    shared = []
+    led = []
     for seed in range(seeds):
         one = drive(base, seed)
         seen = see(one, round(LATE_S[0]))
-        shared.append(one.equilibrium(one.at_end))
+        led.append(one.equilibrium(one.at_end))
         for name, (method, warm) in PRODUCT.items():
             found = one.align(method, warm=warm)
-            product[name].append((one.error(found), *_sigmas(found)))
+            sigmas = (noise_rad(found.limits), found.heading_sigma_rad)
+            product[name].append((one.error(found), *sigmas))
         for name, (pairs, solve) in OTHERS.items():
             others[name].append(track_errors(one, seen, pairs(seen), solve, _END_S)[0])
         for name, (pairs, solve) in FOLLOWED.items():
             late[name].append(track_errors(one, seen, pairs(seen), solve, LATE_S))
         for name, pairs in FILTERED.items():
-            B = profile(*pairs(seen))
-            truncated[name].append([truncated_rad(B, steps) for steps in STEPS])
-    biases = np.array(shared)
+            truncated[name].append(truncated_rad(profile(*pairs(seen)), STEPS))
+    biases = np.array(led)
     return Trials(
         {name: _of_product(rows, biases) for name, rows in product.items()}
         | {name: _of_others(np.array(rows), biases) for name, rows in others.items()},
@@ -147,13 +149,12 @@ def shown_drive(base: str) -> tuple[Drive, Seen]:
     return one, see(one)
 
 
-def _sigmas(found: Alignment) -> tuple[FloatArray, FloatArray]:
-    """Return the heading's predicted sigma without biases, and with them."""
-    noise = [line.heading_rad for line in found.limits.lines if "bias" not in line.source]
-    return np.asarray(np.hypot.reduce(noise)), np.asarray(found.heading_sigma_rad)
+def noise_rad(limits: Limits) -> float:
+    """Return the heading's predicted sigma without the sensors' biases."""
+    return math.hypot(*(line.heading_rad for line in limits.lines if "bias" not in line.source))
 
 
-def _of_product(rows: list[tuple[FloatArray, ...]], biases: FloatArray) -> Errors:
+def _of_product(rows: list[tuple[FloatArray, float, float]], biases: FloatArray) -> Errors:
     error, noise, sigma = (np.array(column) for column in zip(*rows, strict=True))
     return Errors(error - biases, error, noise, sigma)
 

@@ -18,8 +18,8 @@ from northfinder.studies.rocking_base_drive import DURATION_S, LATITUDE_RAD, PER
 
 PER_SECOND: Final = round(1.0 / PERIOD_S)
 _WARM: Final = round(DURATION_S / PERIOD_S)
-#: W and V to the rotation from in0 to ib0.
-Solver = Callable[[FloatArray, FloatArray], FloatArray]
+#: W, V and some counts of pairs to as many rotations from in0 to ib0, ``(m, 4)``.
+Solver = Callable[[FloatArray, FloatArray, list[int]], FloatArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,27 +92,34 @@ def low_passed(vectors: FloatArray, first: FloatArray | None = None) -> FloatArr
     return np.asarray(signal.sosfilt(sections, vectors, axis=0, zi=state)[0])
 
 
-def by_two(W: FloatArray, V: FloatArray) -> FloatArray:
+def by_quest(W: FloatArray, V: FloatArray, counts: list[int]) -> FloatArray:
+    """Return q by QUEST of the first so many pairs, all alike."""
+    return np.array([quest(W[:n], V[:n]) for n in counts])
+
+
+def by_two(W: FloatArray, V: FloatArray, counts: list[int]) -> FloatArray:
     """Return q by Optimized TRIAD of the pairs at the end and in the middle."""
-    ends = [len(W) - 1, len(W) // 2 - 1]
+    ends = [[n - 1, n // 2 - 1] for n in counts]
     return optimized_triad(W[ends], V[ends])
 
 
 def by_taper(power: int) -> Solver:
     """Return the solver by the anchored taper."""
 
-    def solve(W: FloatArray, V: FloatArray) -> FloatArray:
-        fit = TaperQuest(power)
-        fit.add(PERIOD_S * (np.arange(len(W)) + 0.5), W, V)
-        return fit.solve(PERIOD_S * len(W))
+    def solve(W: FloatArray, V: FloatArray, counts: list[int]) -> FloatArray:
+        fit, found, time_s = TaperQuest(power), [], PERIOD_S * (np.arange(len(W)) + 0.5)
+        for begin, end in pairwise([0, *counts]):
+            fit.add(time_s[begin:end], W[begin:end], V[begin:end])
+            found.append(fit.solve(PERIOD_S * end))
+        return np.array(found)
 
     return solve
 
 
-def by_unit_vectors(W: FloatArray, V: FloatArray) -> FloatArray:
+def by_unit_vectors(W: FloatArray, V: FloatArray, counts: list[int]) -> FloatArray:
     """Return q by QUEST of unit vectors, as section 3.2 has them."""
     w, v = (x / np.linalg.norm(x, axis=1, keepdims=True) for x in (W, V))
-    return quest(w, v)
+    return by_quest(w, v, counts)
 
 
 def track_errors(
@@ -122,13 +129,12 @@ def track_errors(
     solve: Solver,
     fitted_s: FloatArray,
 ) -> FloatArray:
-    """Return errors (E, N, U) against the shared-bias equilibrium after so many whole seconds.
+    """Return errors (E, N, U) against the same-bias equilibrium after so many whole seconds.
 
     Returns:
         Small turns, rad, ``(len(fitted_s), 3)``.
     """
-    counts = np.rint(fitted_s * PER_SECOND).astype(int)
-    q = np.array([solve(pairs[0][:n], pairs[1][:n]) for n in counts])
+    counts = [round(t_s * PER_SECOND) for t_s in fitted_s]
     truth = drive.attitude(fitted_s)
-    error = (seen.attitude(q, fitted_s) * truth.inv()).as_rotvec()
+    error = (seen.attitude(solve(*pairs, counts), fitted_s) * truth.inv()).as_rotvec()
     return np.asarray(error - drive.equilibrium(truth))

@@ -217,7 +217,7 @@ def test_a_defect_is_a_sentence_too(
         msg = "the moon is in the way"
         raise RuntimeError(msg)
 
-    monkeypatch.setattr(import_module("northfinder.cli.seek"), "build_rig", broken)
+    monkeypatch.setattr(import_module("northfinder.cli.carrying_out"), "build_rig", broken)
     answer = northfinder("seek")
     assert answer.code == 1
     assert "a defect of northfinder, please report it: RuntimeError: the moon" in answer.err

@@ -68,14 +68,14 @@ def test_an_alignment_on_a_rocking_base_brings_north(
         base.select_option(label="vehicle, light wind")
     assert service.api.get("/rig/simulation").json()["base"] == "nominal"
     choose_kind(page, "alignment")
-    _fill(page, "align-duration_s", 60)
+    _fill(page, "align-duration_s", 30)
     run_id = _begin(page, "Align")
     wait_for_run(page, run_id, "completed")
     result = service.run(run_id)["result"]
     assert north_shown(page) == rounded(result["azimuth_deg"], result["azimuth_sigma_deg"])
     truth_deg = service.api.get("/rig/simulation").json()["azimuth_deg"]
     assert _apart_deg(result["azimuth_deg"], truth_deg) < 4 * result["azimuth_sigma_deg"]
-    expect(_chart(page, "track")).to_have_attribute("aria-label", re.compile(r"After 60 s"))
+    expect(_chart(page, "track")).to_have_attribute("aria-label", re.compile(r"After 30 s"))
     pitch, expanded = rounded(result["pitch_deg"], result["level_sigma_deg"])
     written = f"pitch{pitch.replace('-', '−')}°{expanded.removesuffix('°')}"
     expect(page.locator("#numbers")).to_contain_text(written)
@@ -109,7 +109,7 @@ def test_a_noise_record_suggests_the_next_dwell(
     page = browsing.page(service.address)
     choose_kind(page, "noise")
     expect(page.locator("#giving")).to_be_hidden()  # it finds no north
-    _fill(page, "noise-duration_s", 60)
+    _fill(page, "noise-duration_s", 24)
     run_id = _begin(page, "Record noise")
     wait_for_run(page, run_id, "completed")
     result = service.run(run_id)["result"]

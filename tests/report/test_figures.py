@@ -1,6 +1,7 @@
 """The figures: SVG that any XML reader takes, and that is the same every time."""
 
 import math
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -19,12 +20,27 @@ SVG = "{http://www.w3.org/2000/svg}"
 XLINK = "http://www.w3.org/1999/xlink"
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_a_figure_is_an_svg_element_that_needs_nothing_else(name: str, recorded: Recorded) -> None:
+#: Each kind's recording, by the name of its fixture.
+RECORDINGS = {
+    "north-seek": "recorded",
+    "alignment": "aligned",
+    "heading-hold": "held",
+    "noise": "silent",
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [(kind, name) for kind, figures in FIGURES.items() for name in figures]
+)
+def test_a_figure_is_an_svg_element_that_needs_nothing_else(
+    kind: str, name: str, request: pytest.FixtureRequest
+) -> None:
+    recorded: Recorded = request.getfixturevalue(RECORDINGS[kind])
     svg = draw(name, recorded.result, recorded.estimates)
     root = ET.fromstring(svg)  # noqa: S314 -- our own text
     assert root.tag == f"{SVG}svg"
     assert root.findtext(f"{SVG}title")
+    assert re.search(r"\d", root.findtext(f"{SVG}desc") or ""), "what it shows, in numbers"
     assert {element.tag.removeprefix(SVG) for element in root.iter()}.isdisjoint(
         {"script", "style", "image", "metadata", "foreignObject"}
     )
@@ -35,15 +51,23 @@ def test_a_figure_is_an_svg_element_that_needs_nothing_else(name: str, recorded:
 
 
 def test_threads_draw_the_same_text(recorded: Recorded) -> None:
-    names = [*FIGURES] * 2
+    names = [*FIGURES["north-seek"]] * 2
     with ThreadPoolExecutor(4) as pool:
         drawn = list(pool.map(lambda n: draw(n, recorded.result, recorded.estimates), names))
     assert drawn == [draw(name, recorded.result, recorded.estimates) for name in names]
 
 
 def test_a_figure_that_cannot_be_drawn_says_why(recorded: Recorded) -> None:
-    with pytest.raises(UnknownFigureError, match="no figure 'fitt'; there are fit, residuals"):
+    with pytest.raises(
+        UnknownFigureError, match="a north-seek has no figure 'fitt'; it has fit, res"
+    ):
         draw("fitt", recorded.result)
+    with pytest.raises(UnknownFigureError, match=r"a noise record .* it has allan-gyro, allan-acc"):
+        draw("dial", {"kind": "noise", "visits": recorded.result["visits"]})
+    with pytest.raises(UnknownFigureError, match="no recorded heading"):
+        draw("level", {"kind": "heading-hold", "visits": []})
+    with pytest.raises(UnknownFigureError, match="no noise determined"):
+        draw("allan-gyro", {"kind": "noise", "visits": []})
     with pytest.raises(UnknownFigureError, match="no recorded estimates"):
         draw("convergence", recorded.result)
     with pytest.raises(UnknownFigureError, match="no result"):
