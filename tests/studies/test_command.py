@@ -17,7 +17,7 @@ def test_a_study_shows_every_claim_with_both_figures_and_the_reason(
     answer = northfinder("study", "coning-rk4")
     assert (answer.code, answer.err) == (0, "")
     words = " ".join(answer.out.split())
-    for said in ("Wang, Dong 2016", "825 times", "6.67 deg", "misprint", "not reproduced"):
+    for said in ("Wang, Dong 2016", "825 times", "6.67 deg", "misprint", "reproduced"):
         assert said in words
     assert "to the letter a third of every turn is." in words
     assert all(len(line) <= 80 for line in answer.out.splitlines())

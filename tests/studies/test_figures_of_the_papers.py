@@ -124,4 +124,4 @@ def _rows(worked: Worked, table: int) -> dict[str, float]:
 
 def test_a_study_takes_a_few_seconds(worked: Studies) -> None:
     """In the process's own time, so that a loaded machine does not matter."""
-    assert max(one.took_s for one in worked.values()) < 20.0
+    assert max(one.took_s for one in worked.values()) < 30.0
