@@ -50,9 +50,8 @@ def predict(plan: Plan, rig: Rig) -> Promise:
         ConfigError: There is no heading to hold, or it is not known how large a bias may be left.
     """
     chosen = _chosen(plan, rig)
-    start, errors = start_of(chosen), chosen.sensors
-    rest_s = chosen.rest_s or 0.0
-    assert errors is not None  # noqa: S101 -- _chosen filled it in
+    start, rest_s = start_of(chosen), chosen.rest_s or 0.0
+    errors = chosen.sensors or sensor_errors(rig)
     budget = hold_budget(start.azimuth_sigma_deg * DEG, errors, rest_s, plan.duration_s)
     numbers = {
         "azimuth_sigma_deg": float(budget.sigma_rad) / DEG,
