@@ -39,6 +39,7 @@ export function mount(store) {
   async function predict() {
     const turn = ++asked;
     const answer = await post("/plans", plan(kind())).then((prediction) => ({ prediction, planError: null }), (planError) => ({ planError }));
+    if (answer.planError && store.state.prediction?.plan.kind !== kind()) answer.prediction = null; // another kind's says nothing of this one
     if (turn === asked) store.set(answer);
   }
 
@@ -124,7 +125,7 @@ function plan(kind) {
 }
 
 function showPrediction({ prediction, rig }) {
-  if (!prediction) return;
+  if (!prediction) return ["will-take", "will-give"].forEach((id) => write($(id), "–"));
   const { kind, positions, order, target_sigma_deg } = prediction.plan;
   $("prediction").className = "";
   write($("will-take"), duration(prediction.duration_s / (rig?.speed || 1)));

@@ -56,7 +56,7 @@ def _failed(page: Page, service: ServiceProcess) -> None:
 def _aligned(page: Page, service: ServiceProcess) -> None:
     run_id = service.start({"kind": "alignment", "duration_s": 20})
     wait_for_run(page, run_id, "completed")
-    choose_kind(page, "alignment")
+    choose_kind(page, "heading-hold")
     expect(page.locator("#sureness [data-visits]")).to_be_attached()
     expect(page.locator("#track [data-visits]")).to_be_attached()
 
@@ -64,7 +64,7 @@ def _aligned(page: Page, service: ServiceProcess) -> None:
 def _recorded(page: Page, service: ServiceProcess) -> None:
     run_id = service.start({"kind": "noise", "duration_s": 30})
     wait_for_run(page, run_id, "completed")
-    choose_kind(page, "heading-hold")
+    choose_kind(page, "alignment")
     expect(page.locator("#allan [data-visits]")).to_have_count(2)
 
 

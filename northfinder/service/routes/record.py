@@ -83,7 +83,11 @@ def get_report(run_id: RunId, parts: PartsOf) -> HTMLResponse:
 
 @router.get("/figures/{name}.svg", response_class=SvgResponse)
 def get_figure(run_id: RunId, name: str, parts: PartsOf) -> SvgResponse:
-    """A figure of the certificate: fit, residuals, dial, convergence or budget."""
+    """A figure of the certificate.
+
+    Of a north-seek: fit, residuals, dial, convergence, budget. Of an alignment or a heading hold:
+    dial, heading, level, budget. Of a noise record: allan-gyro, allan-accelerometer.
+    """
     store = parts.records
     run = store.run(run_id)
     result = drawn_from(run, store.visits(run_id))
