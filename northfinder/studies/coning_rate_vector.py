@@ -44,11 +44,6 @@ def run() -> Study:
     extracted = navigate_an_hour("two-sample", extraction="quadratic")
     return Study(
         name="coning-rate-vector",
-        title="The equivalent rotation vector from angular rates under coning",
-        paper=(
-            "Wang, Liu 2019, Navigation Positioning and Timing 6(2) 34-38, "
-            "doi 10.19306/j.cnki.2095-8110.2019.02.005"
-        ),
         summary=(
             "Eq 17 beats two-sample as the figures say, three times at the same cost. But its "
             "coefficients null the coning error only if the increment were exact; with Simpson's "

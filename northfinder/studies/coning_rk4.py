@@ -36,8 +36,6 @@ def run() -> Study:
     ratio = drift_deg_h("rk4") / abs(drift_deg_h("three-sample", 3, "increments"))
     return Study(
         name="coning-rk4",
-        title="Quaternion Runge-Kutta against the three-sample rotation vector under coning",
-        paper="Wang, Dong 2016, Modern Navigation 2016(2) 103-106",
         summary=(
             f"On ideal increments the three-sample rotation vector is {ratio:.0f} times as "
             "precise, as the paper says. With rates as input Runge-Kutta is better than the usual "

@@ -38,8 +38,6 @@ def run() -> Study:
     simulated = simulate_table_one()
     return Study(
         name="levelling",
-        title="Levelling a strapdown gyro north-seeker by calculation",
-        paper="Liu, Yuan, Zhou 2011, Acta Geodaetica et Cartographica Sinica 40(S) 133-136",
         summary=(
             "The coordinate transform (eq 3) is exact. The vector form (eq 10) is exact only where "
             "the table tilts along one of its axes, as in the paper's own simulation; tilted "

@@ -30,11 +30,6 @@ def run() -> Study:
     largest = {key: largest_arcsec(error) for key, error in errors.items()}
     return Study(
         name="rate-correction",
-        title="Compensating the angular-rate integral by the rate's last change",
-        paper=(
-            "Shi, Chen, Chen: an attitude measurement method to compensate the error of algorithm "
-            "precision based on three-axis gyroscope"
-        ),
         summary=(
             "All four figures hold, with true body rates and each sample at the end of its "
             "interval; taken to the letter, eq 10 gives 21 deg of error. The correction is the "

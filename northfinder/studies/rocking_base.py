@@ -49,11 +49,6 @@ def run() -> Study:
     rocked = trials["paper-like"]
     return Study(
         name="rocking-base",
-        title="Alignment on a rocking base by quaternion estimation",
-        paper=(
-            "Gao, Bian, Fu, Zhang 2014, Journal of Chinese Inertial Technology 22(6) 724-727, "
-            "doi 10.13695/j.cnki.12-1222/o3.2014.06.005"
-        ),
         summary=(
             "The printed errors are those of a filter that was already warm, against a reference "
             "with the same biases: so measured, a typical drive has them all. Started cold, "

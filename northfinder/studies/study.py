@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from northfinder.studies.chart import Chart
 from northfinder.studies.claim import Claim, Quantity
+from northfinder.studies.papers import PAPERS
 
 Cell = str | Quantity | None
 
@@ -31,9 +32,7 @@ class Study:
     """One paper: its claims with their verdicts, tables and figures.
 
     Attributes:
-        name: As the command has it.
-        title: What the paper is about.
-        paper: Citation.
+        name: As the command has it, one of ``PAPERS``.
         summary: What holds and what does not, in a few sentences.
         conditions: Under which everything was measured, where a claim names no others.
         claims: In the paper's order, ours at the end.
@@ -42,13 +41,21 @@ class Study:
     """
 
     name: str
-    title: str
-    paper: str
     summary: str
     conditions: str
     claims: tuple[Claim, ...]
     tables: tuple[Table, ...]
     charts: tuple[Chart, ...]
+
+    @property
+    def title(self) -> str:
+        """What the paper is about."""
+        return PAPERS[self.name].title
+
+    @property
+    def paper(self) -> str:
+        """Citation."""
+        return PAPERS[self.name].citation
 
     @property
     def command(self) -> str:

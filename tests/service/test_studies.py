@@ -38,6 +38,7 @@ def test_a_list_works_nothing_through() -> None:
     studies = _get(Shelf(never), "/studies").json()["studies"]
     assert [study["name"] for study in studies] == list(NAMES)
     assert {study["verdicts"] for study in studies} == {None}
+    assert all(study["title"] and study["paper"] for study in studies)
 
 
 def test_a_study_tells_its_claims_and_the_list_counts_them(shelf: Shelf) -> None:

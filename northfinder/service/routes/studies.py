@@ -23,6 +23,7 @@ from northfinder.service.messages import JsonObject
 from northfinder.service.problems import Problem, problem_responses
 from northfinder.service.routes.record import SvgResponse
 from northfinder.studies.claim import Verdict
+from northfinder.studies.papers import PAPERS
 from northfinder.studies.registry import NAMES, run_study
 
 _LOG: Final = logging.getLogger(__name__)
@@ -33,11 +34,11 @@ Name = Annotated[str, Path(examples=["no-such-study"], description=f"One of {', 
 
 
 class StudyEntry(BaseModel):
-    """A study in the list; what is null is known once it has been worked through."""
+    """A study in the list; its verdicts are known once it has been worked through."""
 
     name: str
-    title: str | None = None
-    paper: str | None = None
+    title: str
+    paper: str
     verdicts: dict[str, int] | None = None
 
 
@@ -88,8 +89,13 @@ class Worked:
         """Return what a list shows of it."""
         counts = Counter(claim["verdict"] for claim in self.answer["claims"])
         verdicts = {verdict.value: counts[verdict.value] for verdict in Verdict}
-        named = {key: self.answer[key] for key in ("name", "title", "paper")}
-        return StudyEntry(**named, verdicts=verdicts)
+        return entry_of(self.answer["name"], verdicts)
+
+
+def entry_of(name: str, verdicts: dict[str, int] | None = None) -> StudyEntry:
+    """Return what a list shows of a study, worked through or not."""
+    title, citation = PAPERS[name]
+    return StudyEntry(name=name, title=title, paper=citation, verdicts=verdicts)
 
 
 def work_through(name: str) -> Worked:
@@ -118,9 +124,7 @@ class Shelf:
 
     def entries(self) -> list[StudyEntry]:
         """List every study with what is known of it."""
-        return [
-            done.entry() if (done := self._done(name)) else StudyEntry(name=name) for name in NAMES
-        ]
+        return [done.entry() if (done := self._done(name)) else entry_of(name) for name in NAMES]
 
     async def study(self, name: str) -> Worked:
         """Return a study; whoever asks while it is worked through waits for the same one.
