@@ -2,8 +2,9 @@
 
 import asyncio
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Self
 
+from northfinder.errors import EstimationError
 from northfinder.procedures import north_seek
 from northfinder.procedures.acquisition import check_usable, settle
 from northfinder.procedures.events import Emit, Progress, SoFar, VisitCompleted
@@ -84,7 +85,11 @@ async def _record(rig: Rig, plan: Plan, emit: Emit) -> list[Visit]:
     visits: list[Visit] = []
     began_s = asyncio.get_running_loop().time()
     await emit(_progress(plan, 0))
-    async with rig.gyro.sensor.listen() as rates, rig.accelerometer.sensor.listen() as forces:
+    async with (
+        rig.gyro.sensor.listen() as rates,
+        rig.accelerometer.sensor.listen() as forces,
+        _Analyst(rig, plan, emit) as analyst,
+    ):
         with acquisition_errors("before the record"):
             angle_rad = (await rig.table_state()).angle_rad
             begin_s = await settle(rig, rates, plan.settle_s)
@@ -97,7 +102,7 @@ async def _record(rig: Rig, plan: Plan, emit: Emit) -> list[Visit]:
             visits.append(visit)
             await emit(VisitCompleted(visit))
             await emit(_progress(plan, index + 1))
-            await _tell_so_far(visits, plan, rig, emit)
+            analyst.look_at(visits)
     return visits
 
 
@@ -122,14 +127,43 @@ async def _take(axis: SensingAxis, reader: StretchReader, plan: Plan) -> Samples
     return samples
 
 
-async def _tell_so_far(visits: Sequence[Visit], plan: Plan, rig: Rig, emit: Emit) -> None:
-    """Analyse what there is whenever it has doubled: the work grows with the record."""
-    count = len(visits)
-    if count >= plan.stretches or count & (count - 1):
-        return
-    so_far = await asyncio.to_thread(reduce_visits, visits, plan, rig.config)
-    numbers = {key: value for key, value in result_json(so_far).items() if key != "visits"}
-    await emit(SoFar(numbers))
+class _Analyst:
+    """Analyses what there is whenever it has doubled, for the work grows with the record.
+
+    Beside the recording, never in its way: samples that nobody takes would be discarded.
+    """
+
+    def __init__(self, rig: Rig, plan: Plan, emit: Emit) -> None:
+        self._rig, self._plan, self._emit = rig, plan, emit
+        self._task: asyncio.Task[None] | None = None
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.wait([self._task])
+            if not self._task.cancelled():
+                self._task.result()  # a defect must not pass in silence
+
+    def look_at(self, visits: Sequence[Visit]) -> None:
+        """Begin to analyse, unless it is too early or the last analysis still goes on."""
+        count, last = len(visits), self._plan.stretches
+        if count >= last or count & (count - 1):
+            return
+        if self._task is None or self._task.done():
+            if self._task is not None:
+                self._task.result()
+            self._task = asyncio.create_task(self._tell(list(visits)), name="noise so far")
+
+    async def _tell(self, visits: Sequence[Visit]) -> None:
+        try:
+            so_far = await asyncio.to_thread(reduce_visits, visits, self._plan, self._rig.config)
+        except EstimationError:
+            return  # at the end it is the result's to say, if it still holds then
+        numbers = result_json(so_far)
+        await self._emit(SoFar({key: numbers[key] for key in numbers if key != "visits"}))
 
 
 def _progress(plan: Plan, done: int) -> Progress:
