@@ -21,7 +21,8 @@ def identify_noise(angle: FloatArray, factors: IntArray) -> IntArray:
     they are nearly white; with ``rho = r / (1 + r)`` and d differences the exponent is
     ``-2 (rho + d)``, rounded (SP 1065, 5.5.6). Longer taus than those with 30 averages are taken
     to be of the last kind that could be told. One misreading in thirty averages is no rarity and
-    makes a band twice too narrow: the median of three neighbouring taus is taken.
+    makes a band twice too narrow: the median of three neighbouring taus is taken, and a rate that
+    was white at a shorter tau has no white angle at a longer one.
 
     Args:
         angle: Integral of the rate from 0 on, ``(k + 1,)``.
@@ -33,7 +34,7 @@ def identify_noise(angle: FloatArray, factors: IntArray) -> IntArray:
         if len(averages) < _FEWEST_AVERAGES and kinds:
             kinds.append(_median(kinds[-3:]))
         else:
-            kinds.append(_exponent(averages))
+            kinds.append(min(_exponent(averages), 0 if 0 in kinds else 2))
     return np.array([_median(kinds[max(0, k - 2) : k + 1]) for k in range(len(kinds))])
 
 
