@@ -52,7 +52,8 @@ def test_a_failure_after_a_pause_names_its_cause_first(
     browsing: Browsing, service: ServiceProcess
 ) -> None:
     page = browsing.page(service.address)
-    run_id = service.start({**SHORT, "positions": 24, "dwell_s": 10})
+    # A pause that is longer than a dwell, however soon the page shows it: then it homes anew.
+    run_id = service.start({**SHORT, "positions": 48, "dwell_s": 2})
     service.wait_for_visits(run_id, 4)
     service.api.post(f"/runs/{run_id}/pause")
     wait_for_run(page, run_id, "paused")
