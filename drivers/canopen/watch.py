@@ -74,7 +74,8 @@ class NodeWatch:
         """Return what is to be said once the heartbeat has been missed for too long."""
         if self._since_s is None or now_s - self._beat_s < _SILENCE_S:
             return None
-        if now_s - self._frame_s < _SILENCE_S:
+        # A node that dies may have answered once more after its last heartbeat.
+        if self._frame_s - self._beat_s > 0.5 * _SILENCE_S:
             why = "still answers, but sends no heartbeat any more: its firmware hangs. Restart it"
         else:
             why = f"has been silent for {_SILENCE_S:g} s. Check its power and its cable"
