@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from northfinder import records
 from northfinder.config import RigConfig
-from northfinder.errors import ConfigError
+from northfinder.errors import ConfigError, NorthfinderError
 from northfinder.procedures.inertial import restored
 from northfinder.procedures.kinds import PROCEDURES
 from northfinder.procedures.visits import Visit
@@ -32,12 +32,16 @@ def recompute(store: records.Records, run_id: str) -> JsonObject:
 
     Raises:
         RecordsError: No such run, or its samples are damaged.
-        NorthfinderError: Its visits do not determine the result.
+        NorthfinderError: It has no visits, or they do not determine the result.
     """
     run = store.run(run_id)
     config = validated(RigConfig, run.rig["config"], f"run {run.id}")
     procedure = PROCEDURES[run.kind]
-    result = procedure.reduce_visits(visits_of(store, run), plan_of(run), config)
+    visits = visits_of(store, run)
+    if not visits:
+        msg = f"run {run.id} is {run.state} and has no visit to compute anything from"
+        raise NorthfinderError(msg)
+    result = procedure.reduce_visits(visits, plan_of(run), config)
     rig_after = run.result["rig"] if run.result is not None else run.rig
     return {**frame(run, run.state), "rig": rig_after, **procedure.result_json(result)}
 

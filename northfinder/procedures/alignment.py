@@ -6,7 +6,7 @@ from typing import Final
 
 from northfinder.alignment import Limits, predict_limits
 from northfinder.procedures.alignment_json import budget_of, headline, result_json
-from northfinder.procedures.alignment_plan import METHODS, Plan, errors_of
+from northfinder.procedures.alignment_plan import METHODS, Plan, Wish, errors_of
 from northfinder.procedures.alignment_reduction import concluded, reduce_visits
 from northfinder.procedures.alignment_result import AlignmentRun
 from northfinder.procedures.alignment_track import AlignmentTrack
@@ -24,6 +24,7 @@ __all__ = [
     "RESUMABLE",
     "AlignmentRun",
     "Plan",
+    "Wish",
     "headline",
     "predict",
     "reduce_visits",

@@ -16,12 +16,10 @@ METHODS: Final[tuple[Method, ...]] = get_args(Method)
 _FILTERED: Final = ("quest", "triad", "optimized-triad")
 
 
-class Plan(BaseModel):
+class Wish(BaseModel):
     """How long to align, and how.
 
-    ``warm_s`` lets the low-pass of the filtered methods settle before the vectors count;
-    ``sensors`` is how the instrument may err: of the rig where it is left out, like the time
-    between its samples.
+    ``warm_s`` lets the low-pass of the filtered methods settle before the vectors count.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -31,8 +29,6 @@ class Plan(BaseModel):
     method: Method = "quest-taper"
     warm_s: Annotated[float, Field(ge=0.0, le=3600.0)] = 0.0
     latitude_deg: LatitudeDeg | None = None
-    sensors: PlannedErrors | None = None
-    sample_period_s: SamplePeriod | None = None
 
     @model_validator(mode="after")
     def _warmed_where_it_helps(self) -> Self:
@@ -47,6 +43,13 @@ class Plan(BaseModel):
     def latitude_rad(self, config: RigConfig) -> float:
         """Return the plan's own latitude, or the site's."""
         return config.site.latitude_rad if self.latitude_deg is None else self.latitude_deg * DEG
+
+
+class Plan(Wish):
+    """The same with what is filled in from the rig: how its sensors may err, and their period."""
+
+    sensors: PlannedErrors | None = None
+    sample_period_s: SamplePeriod | None = None
 
 
 def errors_of(plan: Plan) -> SensorErrors:

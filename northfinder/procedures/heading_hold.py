@@ -8,7 +8,7 @@ from northfinder.errors import ConfigError
 from northfinder.estimators.checks import Check, check_lost_samples
 from northfinder.procedures.events import Emit
 from northfinder.procedures.gate import Gate
-from northfinder.procedures.heading_hold_plan import Plan, Start
+from northfinder.procedures.heading_hold_plan import Plan, Start, Wish
 from northfinder.procedures.heading_hold_track import HoldRun, HoldTrack, held_json, start_of
 from northfinder.procedures.holding import hold_budget
 from northfinder.procedures.plain_json import (
@@ -32,6 +32,7 @@ __all__ = [
     "HoldRun",
     "Plan",
     "Start",
+    "Wish",
     "headline",
     "predict",
     "reduce_visits",

@@ -32,13 +32,12 @@ class Start(BaseModel):
         return TableAttitude(self.azimuth_deg * DEG, self.pitch_deg * DEG, self.roll_deg * DEG)
 
 
-class Plan(BaseModel):
+class Wish(BaseModel):
     """How long to hold the heading, from which run, by which method.
 
     ``from_run`` left out is the rig's last north-seek or alignment that was completed. During the
     first ``rest_s`` the base has to stand still: the gyro's biases are measured. Left out, it is
-    30 s after a north-seek, and nothing after an alignment, whose base may rock. ``start``,
-    ``sensors`` and ``sample_period_s`` are filled in from the run and the rig.
+    30 s after a north-seek, and nothing after an alignment, whose base may rock.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -48,6 +47,11 @@ class Plan(BaseModel):
     duration_s: Annotated[float, Field(ge=5.0, le=86400.0)] = 600.0
     method: IncrementMethod = "trailing-3"
     rest_s: Annotated[float, Field(ge=0.0, le=3600.0)] | None = None
+
+
+class Plan(Wish):
+    """The same with what is filled in from that run and from the rig."""
+
     start: Start | None = None
     sensors: SensorErrors | None = None
     sample_period_s: SamplePeriod | None = None

@@ -12,7 +12,7 @@ from northfinder.procedures.gate import Gate
 from northfinder.procedures.inertial import StretchReader
 from northfinder.procedures.measuring import acquisition_errors, table_stopped_at_the_end
 from northfinder.procedures.noise_json import headline, result_json
-from northfinder.procedures.noise_plan import Plan
+from northfinder.procedures.noise_plan import Plan, Wish
 from northfinder.procedures.noise_reduction import NoiseRecord, reduce_visits
 from northfinder.procedures.promise import Promise
 from northfinder.procedures.visits import Visit
@@ -23,6 +23,7 @@ __all__ = [
     "RESUMABLE",
     "NoiseRecord",
     "Plan",
+    "Wish",
     "headline",
     "predict",
     "reduce_visits",

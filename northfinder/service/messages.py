@@ -25,7 +25,7 @@ class NorthSeekRequest(north_seek.Plan):
     kind: Literal["north-seek"]
 
 
-class AlignmentRequest(alignment.Plan):
+class AlignmentRequest(alignment.Wish):
     """An alignment, on a base that may rock."""
 
     model_config = ConfigDict(strict=True)
@@ -33,7 +33,7 @@ class AlignmentRequest(alignment.Plan):
     kind: Literal["alignment"]
 
 
-class NoiseRequest(noise.Plan):
+class NoiseRequest(noise.Wish):
     """A static record, and the noise in it."""
 
     model_config = ConfigDict(strict=True)
@@ -41,7 +41,7 @@ class NoiseRequest(noise.Plan):
     kind: Literal["noise"]
 
 
-class HeadingHoldRequest(heading_hold.Plan):
+class HeadingHoldRequest(heading_hold.Wish):
     """Keeping the heading that a run found."""
 
     model_config = ConfigDict(strict=True)
