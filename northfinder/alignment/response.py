@@ -10,10 +10,9 @@ the sigma of any disturbance follows from them.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from northfinder.alignment.methods import Form, Method
-from northfinder.alignment.observations import low_pass
+from northfinder.alignment.observations import low_passed
 from northfinder.alignment.pairs import FloatArray
 
 
@@ -78,7 +77,7 @@ def _observed(rows: FloatArray, form: Form, warm: int, period_s: float) -> Float
         summed: FloatArray = period_s * np.cumsum(rows[:, warm:], axis=1)
         return summed
     if form == "low-passed":
-        return np.asarray(signal.sosfilt(low_pass(period_s), rows, axis=1))[:, warm:]
+        return low_passed(rows, period_s)[:, warm:]
     return rows[:, warm:]
 
 

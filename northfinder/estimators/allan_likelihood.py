@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from northfinder.errors import EstimationError
 from northfinder.estimators.arrays import FloatArray
@@ -181,6 +180,8 @@ def _summit(
     share: FloatArray, slope: FloatArray, information: FloatArray, free: NDArray[np.bool_]
 ) -> FloatArray:
     """Free shares at the top of the parabola that the likelihood looks like, none negative."""
+    from scipy.optimize import nnls  # noqa: PLC0415 -- 0.3 s, which no other command should wait
+
     scale = 1.0 / np.sqrt(np.diag(information)[free])
     curved = information[np.ix_(free, free)] * np.multiply.outer(scale, scale)
     towards = scale * slope[free] + curved @ (share[free] / scale)
