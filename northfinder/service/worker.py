@@ -20,6 +20,7 @@ from northfinder.records import (
     Run,
     Writer,
 )
+from northfinder.records.states import ENDED
 from northfinder.rig import Rig, Simulation
 from northfinder.service.errors import RigOfflineError
 from northfinder.service.run_slot import RunSlot
@@ -106,7 +107,7 @@ class Worker:
         async with self._starting:
             if idempotency and (earlier := await self._same_request(idempotency)):
                 return earlier
-            self._slot.require_empty()
+            await self._require_empty_slot()
             rig = self.rig()
             chosen = await asyncio.to_thread(with_start, plan, self._records, rig.name)
             run = await begin(rig, chosen, self._writer, self._publish, idempotency)
@@ -127,7 +128,7 @@ class Worker:
             if self._slot.run is not None and self._slot.run_id == run.id:
                 self._slot.run.gate.open()
                 return
-            self._slot.require_empty()
+            await self._require_empty_slot()
             rig = self.rig()
             self._slot.fill(await resume(rig, self._records, run, self._writer, self._publish))
 
@@ -231,6 +232,21 @@ class Worker:
                 await self._bench.stop()
         finally:
             await self._slot.emptied()
+
+    async def _require_empty_slot(self) -> None:
+        """Refuse a second run; let one go first whose end is in the records already.
+
+        Whoever saw that end may ask for the next run before our own loop has.
+
+        Raises:
+            RigBusyError: One is on.
+        """
+        run_id = self._slot.run_id
+        if run_id is not None:
+            run = await asyncio.to_thread(self._records.run, run_id)
+            if run.state in ENDED:
+                await self._slot.emptied()
+        self._slot.require_empty()
 
     async def _same_request(self, idempotency: Idempotency) -> str | None:
         """Return the run that the same request has begun before.
