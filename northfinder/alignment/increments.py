@@ -7,13 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from northfinder.alignment.pairs import FloatArray
-from northfinder.attitude import integrate
 from northfinder.attitude.arrays import as_samples
-from northfinder.attitude.quaternion import conjugate, multiply, normalise, rotate
-
-_METHOD = "trailing-3"
-_BEHIND = 3  # increments that it looks back at
-_BEHIND_AND_AHEAD = 2 * _BEHIND  # the first three look as far ahead
+from northfinder.attitude.quaternion import rotate
+from northfinder.attitude.streaming import AttitudeStream
 
 
 class InertialIncrements:
@@ -26,9 +22,14 @@ class InertialIncrements:
     """
 
     def __init__(self) -> None:
-        self.attitude = np.array([1.0, 0.0, 0.0, 0.0])
+        self._stream = AttitudeStream("trailing-3")
         self._first = True
         self._angle, self._velocity = np.empty((0, 3)), np.empty((0, 3))
+
+    @property
+    def attitude(self) -> FloatArray:
+        """Return the attitude at the end of the increments that were ready, b to ib0, ``(4,)``."""
+        return self._stream.attitude
 
     def add(self, angle_rad: ArrayLike, velocity: ArrayLike) -> FloatArray:
         """Return the velocity increments in ib0 that are ready, ``(m, 3)``.
@@ -46,30 +47,22 @@ class InertialIncrements:
             raise ValueError(msg)
         self._angle = np.vstack([self._angle, angle])
         self._velocity = np.vstack([self._velocity, gained])
-        if len(self._angle) <= (_BEHIND_AND_AHEAD if self._first else _BEHIND):
+        began = self._stream.attitude
+        ended = self._stream.add(angle)
+        if len(ended) == 0:
             return np.empty((0, 3))
-        turned = self._turned()
-        increments = self._in_ib0(turned)
-        self.attitude, self._first = turned[-1], False
-        self._angle, self._velocity = self._angle[-_BEHIND:], self._velocity[-_BEHIND:]
+        increments = self._in_ib0(np.vstack([began, ended[:-1]]))
+        self._first = False
+        self._angle, self._velocity = self._angle[-1:], self._velocity[-1:]  # sculling looks back
         return increments
 
-    def _turned(self) -> FloatArray:
-        """Attitudes ``(m + 1, 4)`` at the beginning and end of each increment that is new."""
-        attitude = integrate(self._angle, 1.0, _METHOD, kind="increments")
-        if self._first:
-            return np.vstack([self.attitude, attitude])
-        # The three old increments are turned through without what lies behind them; undo that.
-        since = multiply(conjugate(attitude[_BEHIND - 1]), attitude[_BEHIND - 1 :])
-        return normalise(multiply(self.attitude, since))
-
     def _in_ib0(self, turned: FloatArray) -> FloatArray:
-        """Velocity increments in ib0, one for each but the last of the attitudes."""
-        begin = len(self._angle) - len(turned) + 1
+        """Velocity increments in ib0, from the attitude at the beginning of each, ``(m, 4)``."""
+        begin = len(self._angle) - len(turned)
         angle, gained = self._angle[begin:], self._velocity[begin:]
         before = np.roll(self._angle, 1, axis=0)[begin:], np.roll(self._velocity, 1, axis=0)[begin:]
         sculling = (np.cross(before[0], gained) + np.cross(before[1], angle)) / 12.0
         if self._first:  # nothing before it: the same parabola, by the increment after it
             ahead = np.cross(angle[0], gained[1]) + np.cross(gained[0], angle[1])
             sculling[0] = ahead / 12.0
-        return rotate(turned[:-1], gained + 0.5 * np.cross(angle, gained) + sculling)
+        return rotate(turned, gained + 0.5 * np.cross(angle, gained) + sculling)

@@ -65,6 +65,11 @@ def to_rotation_vector(q: ArrayLike) -> FloatArray:
     return scale * vector
 
 
+def to_matrix(q: ArrayLike) -> FloatArray:
+    """Return the matrix ``(3, 3)`` that takes body coordinates to the reference's, of one q."""
+    return rotate(q, np.eye(3)).T
+
+
 def rotate(q: ArrayLike, v: ArrayLike) -> FloatArray:
     """Return ``q (x) [0, v] (x) q*``: body coordinates ``(..., 3)`` in the reference's."""
     array, vector = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)

@@ -5,7 +5,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from northfinder.attitude.arrays import as_samples, as_unit_quaternion, check_name
+from northfinder.attitude.arrays import FloatArray, as_samples, as_unit_quaternion, check_name
 from northfinder.attitude.integrate import integrate
 from northfinder.attitude.quaternion import conjugate, multiply, normalise
 from northfinder.attitude.rotation_vectors import SCHEMES
@@ -49,7 +49,7 @@ class AttitudeStream:
         self._old = 0  # of the increments kept, those that have turned it already
         self._kept = np.empty((0, 3))
 
-    def add(self, angle_rad: ArrayLike) -> None:
+    def add(self, angle_rad: ArrayLike) -> FloatArray:
         """Turn it by increments over successive periods, however they are cut into chunks.
 
         Those that fill no update yet, or have too few before them, wait.
@@ -57,18 +57,22 @@ class AttitudeStream:
         Args:
             angle_rad: Integrals of the body's rate, rad, ``(k, 3)``.
 
+        Returns:
+            The attitude after each update that was made, ``(m, 4)``; the last is the one held.
+
         Raises:
             ValueError: Another shape, or a number that is not finite.
         """
         self._kept = np.vstack([self._kept, as_samples(angle_rad)])
         updates = len(self._kept) // self._stride
-        if updates <= self._old or updates < 2 * (self._behind - self._old):
-            return
+        if updates <= max(self._old, 2 * (self._behind - self._old)):
+            return np.empty((0, 4))
         used = updates * self._stride
         turned = integrate(self._kept[:used], 1.0, self._method, kind="increments")
-        since = turned[-1]
         if self._old:  # they were turned through without what lies behind them; undo that
-            since = multiply(conjugate(turned[self._old - 1]), since)
-        self.attitude = normalise(multiply(self.attitude, since))
+            turned = multiply(conjugate(turned[self._old - 1]), turned[self._old :])
+        attitudes = normalise(multiply(self.attitude, turned))
+        self.attitude = attitudes[-1]
         self._old = self._behind
         self._kept = self._kept[used - self._behind :]
+        return attitudes

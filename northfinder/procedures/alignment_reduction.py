@@ -4,13 +4,12 @@ import math
 from collections.abc import Sequence
 
 from northfinder.config import RigConfig
-from northfinder.errors import ConfigError
 from northfinder.estimators.checks import Check, check_latitude, check_lost_samples
 from northfinder.procedures.alignment_plan import Plan
 from northfinder.procedures.alignment_result import Aligned, AlignmentRun
 from northfinder.procedures.alignment_track import AlignmentTrack
-from northfinder.procedures.plain_json import counts_of, visit_json
-from northfinder.procedures.tracking import Instrument, seconds_of
+from northfinder.procedures.plain_json import counts_of
+from northfinder.procedures.tracking import follow_again, recorded_instrument
 from northfinder.procedures.visits import Visit
 from northfinder.rig import JsonObject
 from northfinder.units import ARCMIN, DEG
@@ -25,15 +24,10 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Ali
     Raises:
         EstimationError: There is too little of them.
     """
-    if plan.sample_period_s is None:
-        msg = "the time between samples is still open: predict fills it in"
-        raise ConfigError(msg)
-    instrument = Instrument(plan.sample_period_s, visits[0].angle_rad)
+    instrument = recorded_instrument(visits, plan.sample_period_s)
     track = AlignmentTrack(plan, config, instrument)
-    for second in seconds_of(visits, plan.sample_period_s):
-        if track.fraction < 1.0:
-            list(track.take(second))
-    return concluded(track, [visit_json(visit) for visit in visits], plan, config)
+    kept = follow_again(track, visits, instrument.period_s)
+    return concluded(track, kept, plan, config)
 
 
 def concluded(

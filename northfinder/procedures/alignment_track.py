@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from northfinder.alignment import SHORTEST_S, Aligner, Alignment
-from northfinder.attitude.quaternion import rotate
+from northfinder.attitude.quaternion import to_matrix
 from northfinder.config import RigConfig
 from northfinder.errors import AcquisitionError, EstimationError
 from northfinder.procedures.alignment_json import so_far_json
@@ -122,7 +122,7 @@ class AlignmentTrack:
         if self._mounting is None:
             msg = "nothing has been aligned yet"
             raise EstimationError(msg)
-        body_to_n = rotate(alignment.q_b_n, np.eye(3)).T
+        body_to_n = to_matrix(alignment.q_b_n)
         return Moment(
             alignment.time_s,
             self._mounting.table_attitude(body_to_n),

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Final
 
 from northfinder.config import RigConfig
-from northfinder.errors import ConfigError
 from northfinder.estimators.checks import Check, check_lost_samples
 from northfinder.procedures.events import Emit
 from northfinder.procedures.gate import Gate
@@ -16,13 +15,12 @@ from northfinder.procedures.plain_json import (
     counts_of,
     headline,
     history_json,
-    visit_json,
     wrapped_deg,
 )
 from northfinder.procedures.planning import budget_json
 from northfinder.procedures.promise import Promise
 from northfinder.procedures.sensor_errors import sensor_errors
-from northfinder.procedures.tracking import Instrument, Stream, seconds_of
+from northfinder.procedures.tracking import Stream, follow_again, recorded_instrument
 from northfinder.procedures.visits import Visit
 from northfinder.rig import JsonObject, Rig
 from northfinder.units import DEG, DEG_PER_HOUR
@@ -90,14 +88,10 @@ async def run(  # noqa: PLR0913 -- every procedure's
 
 def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> HoldRun:
     """Hold the heading again over recorded samples, as the live hold did."""
-    if plan.sample_period_s is None:
-        msg = "the time between samples is still open: predict fills it in"
-        raise ConfigError(msg)
-    track = HoldTrack(plan, config, Instrument(plan.sample_period_s, visits[0].angle_rad))
-    for second in seconds_of(visits, plan.sample_period_s):
-        if track.fraction < 1.0:
-            list(track.take(second))
-    return _concluded(track, [visit_json(visit) for visit in visits], plan, config)
+    instrument = recorded_instrument(visits, plan.sample_period_s)
+    track = HoldTrack(plan, config, instrument)
+    kept = follow_again(track, visits, instrument.period_s)
+    return _concluded(track, kept, plan, config)
 
 
 def result_json(run: HoldRun) -> JsonObject:

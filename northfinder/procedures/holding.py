@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from northfinder.attitude.quaternion import rotate
+from northfinder.attitude.quaternion import to_matrix
 from northfinder.attitude.streaming import AttitudeStream, IncrementMethod
 from northfinder.earth import earth_rate_n
 from northfinder.errors import AcquisitionError
@@ -147,7 +147,7 @@ class HeadingHold:
             raise ValueError(msg)
         held_s = max(0, self._ticks - self._rest_ticks) * self._period_s
         rest_s = self._rest_ticks * self._period_s
-        body_to_start = rotate(self._attitude.attitude, np.eye(3)).T
+        body_to_start = to_matrix(self._attitude.attitude)
         to_n = earth_turn(self._latitude_rad, held_s) @ self._mounting.body_to_n(self._start.table)
         budget = hold_budget(self._start.azimuth_sigma_deg * DEG, self._errors, rest_s, held_s)
         table = self._mounting.table_attitude(to_n @ body_to_start)

@@ -16,7 +16,7 @@ _RATES: Final[tuple[Stream, ...]] = ("rate-x", "rate-y", "rate-z")
 _FORCES: Final[tuple[Stream, ...]] = ("force-x", "force-y", "force-z")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class InertialVisit(Visit):
     """A stretch of samples of all axes; ``gyro`` and ``accelerometer`` are along the sensing one.
 
@@ -24,7 +24,7 @@ class InertialVisit(Visit):
         axes: Every axis by the name of its stream; rates in rad/s, forces in standard gravities.
     """
 
-    axes: Mapping[Stream, Samples] = ()  # type: ignore[assignment] # never left out
+    axes: Mapping[Stream, Samples]
 
     @property
     def streams(self) -> Mapping[Stream, Samples]:

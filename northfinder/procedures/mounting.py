@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivers.interfaces import FloatArray
+from northfinder.attitude.quaternion import from_rotation_vector, to_matrix
 from northfinder.earth import earth_rate_n
 from northfinder.errors import AcquisitionError
 
@@ -99,10 +100,4 @@ def earth_turn(latitude_rad: float, duration_s: float) -> FloatArray:
 
     Both are East-North-Up at the same place; the first keeps still among the stars.
     """
-    rate = earth_rate_n(latitude_rad)
-    size = float(np.linalg.norm(rate))
-    x, y, z = -rate / size
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = size * duration_s
-    turn: FloatArray = np.eye(3) + math.sin(angle) * skew + (1 - math.cos(angle)) * skew @ skew
-    return turn
+    return to_matrix(from_rotation_vector(-duration_s * earth_rate_n(latitude_rad)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from drivers.errors import LinkTimeoutError
 from drivers.interfaces import SampleBlock
-from northfinder.errors import AcquisitionError
+from northfinder.errors import AcquisitionError, ConfigError
 from northfinder.procedures.events import Emit, Phase, Progress, SoFar, VisitCompleted, Warned
 from northfinder.procedures.inertial import (
     InertialVisit,
@@ -171,6 +171,26 @@ def seconds_of(visits: Sequence[Visit], period_s: float) -> Iterator[Second]:
     cuts = np.searchsorted(whole.tick, [*begins, begins.stop - 1 + ticks])
     for begin, first, last in zip(begins, cuts[:-1], cuts[1:], strict=True):
         yield Second(part_of(whole, slice(int(first), int(last))), begin, ticks)
+
+
+def follow_again(track: Track, visits: Sequence[Visit], period_s: float) -> list[JsonObject]:
+    """Feed a track from recorded visits, as the live stream fed it; return them as listed."""
+    for second in seconds_of(visits, period_s):
+        if track.fraction < 1.0:
+            list(track.take(second))
+    return [visit_json(visit) for visit in visits]
+
+
+def recorded_instrument(visits: Sequence[Visit], period_s: float | None) -> Instrument:
+    """Return what a track has to know of the instrument that recorded the visits.
+
+    Raises:
+        ConfigError: The time between samples is still open.
+    """
+    if period_s is None:
+        msg = "the time between samples is still open: predict fills it in"
+        raise ConfigError(msg)
+    return Instrument(period_s, visits[0].angle_rad)
 
 
 async def _next_second(reader: StretchReader, ticks: int) -> Second:

@@ -13,6 +13,7 @@ from northfinder.attitude.quaternion import (
     multiply,
     normalise,
     rotate,
+    to_matrix,
     to_rotation_vector,
 )
 from northfinder.attitude.scan import cumulative_product
@@ -52,6 +53,7 @@ def test_rotating_a_vector_is_applying_the_rotation(seed: int) -> None:
     q, theirs = random_rotations(seed)
     v = np.random.default_rng(seed).normal(size=(5, 3))
     assert_allclose(rotate(q, v), theirs.apply(v), atol=5e-15)
+    assert_allclose(to_matrix(q[0]), theirs[0].as_matrix(), atol=5e-15)
 
 
 @given(seeds, small_or_large)
