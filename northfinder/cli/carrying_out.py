@@ -1,16 +1,13 @@
 """One run from the command line: recorded, followed on the terminal, printed."""
 
 import asyncio
-import json
 from typing import Any
 
-import click
 from pydantic import BaseModel
 
-from northfinder.cli.display import table_console
 from northfinder.cli.options import AS_FAST_AS_IT_GOES, database_url
 from northfinder.cli.progress import LiveProgress
-from northfinder.cli.results import print_result
+from northfinder.cli.results import show_result
 from northfinder.config import RigConfig
 from northfinder.recording import begin
 from northfinder.records import Records, Writer
@@ -27,10 +24,7 @@ def carry_out(config: RigConfig, plan: BaseModel, database: str | None, *, as_js
     """
     with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
         result = runner.run(_recorded(config, plan, database_url(database, config)))
-    if as_json:
-        click.echo(json.dumps(result))
-    else:
-        print_result(table_console(), result)
+    show_result(result, as_json=as_json)
 
 
 async def _recorded(config: RigConfig, plan: BaseModel, url: str) -> dict[str, Any]:

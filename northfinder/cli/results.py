@@ -1,8 +1,10 @@
 """What a person sees of a result on a terminal, whichever kind of run it came from."""
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -14,11 +16,20 @@ from northfinder.cli.display import (
     plain_table,
     print_north,
     print_north_seek,
+    table_console,
     verdict,
 )
 from northfinder.formatting import duration
 
 Result = Mapping[str, Any]
+
+
+def show_result(result: Result, *, as_json: bool) -> None:
+    """Write a result to stdout, as JSON and nothing else or for a person."""
+    if as_json:
+        click.echo(json.dumps(result))
+    else:
+        print_result(table_console(), result)
 
 
 def print_result(console: Console, result: Result) -> None:

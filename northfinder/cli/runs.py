@@ -18,7 +18,7 @@ from northfinder.cli.options import (
     rig_options,
 )
 from northfinder.cli.progress import LiveProgress
-from northfinder.cli.results import print_result
+from northfinder.cli.results import print_result, show_result
 from northfinder.config import RigConfig
 from northfinder.errors import NorthfinderError
 from northfinder.formatting import azimuth_with_uncertainty
@@ -94,10 +94,7 @@ def recompute(run_id: str, url: str, *, as_json: bool) -> None:
     with Records.open(url) as store:
         run = store.run(run_id)
         result = recompute_run(store, run.id)
-    if as_json:
-        click.echo(json.dumps(result))
-    else:
-        print_result(table_console(), result)
+    show_result(result, as_json=as_json)
     if run.result is None:
         _say(f"the run is {run.state} and has no result to compare with", as_json=as_json)
     elif run.result == result:
@@ -159,10 +156,7 @@ def resume(run_id: str, config: RigConfig, database: str | None, *, as_json: boo
     """Carry a failed or interrupted run on, in a new segment, once nothing proves to have moved."""
     with asyncio.Runner(loop_factory=event_loop(config, AS_FAST_AS_IT_GOES)) as runner:
         result = runner.run(_resume(run_id, config, database_url(database, config)))
-    if as_json:
-        click.echo(json.dumps(result))
-    else:
-        print_result(table_console(), result)
+    show_result(result, as_json=as_json)
 
 
 async def _resume(run_id: str, config: RigConfig, url: str) -> dict[str, Any]:
