@@ -88,6 +88,23 @@ class PostgresqlServer:
             )
 
     @contextmanager
+    def read_only(self) -> Iterator[None]:
+        """Refuse every write meanwhile, of the connections that are open too."""
+        self._set_read_only("on")
+        try:
+            yield
+        finally:
+            self._set_read_only("off")
+
+    def _set_read_only(self, wanted: LiteralString) -> None:
+        deadline_s = time.monotonic() + 5.0
+        with self._connection() as connection:
+            connection.execute(f"ALTER SYSTEM SET default_transaction_read_only = {wanted}")
+            connection.execute("SELECT pg_reload_conf()")
+            while connection.execute("SHOW default_transaction_read_only").fetchone() != (wanted,):
+                assert time.monotonic() < deadline_s, "the server has not read its configuration"
+
+    @contextmanager
     def frozen(self, url: str) -> Iterator[None]:
         """Have the server's processes for northfinder's connections hang meanwhile."""
         with self._connection() as connection:

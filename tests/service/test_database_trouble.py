@@ -10,7 +10,7 @@ from typing import NamedTuple
 import httpx
 import pytest
 
-from tests.postgresql import PostgresqlServer, name_of
+from tests.postgresql import PostgresqlServer
 from tests.service.process import LONG, SHORT, JsonObject, ServiceProcess, serving, wait_until_ready
 
 pytestmark = pytest.mark.slow
@@ -71,15 +71,7 @@ def switched_off(server: PostgresqlServer, url: str) -> Case:
 
 
 def read_only(server: PostgresqlServer, url: str) -> Case:
-    @contextmanager
-    def trouble() -> Iterator[None]:
-        server.execute("ALTER DATABASE {} SET default_transaction_read_only = on", name_of(url))
-        server.disconnect_everyone(url)
-        yield
-        server.execute("ALTER DATABASE {} RESET default_transaction_read_only", name_of(url))
-        server.disconnect_everyone(url)
-
-    return Case(url, trouble, "read-only transaction", readable=True)
+    return Case(url, server.read_only, "read-only transaction", readable=True)
 
 
 IN_FILE = {"locked": locked, "moved_away": moved_away}
