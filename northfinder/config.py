@@ -138,6 +138,7 @@ class GyroConfig(_SensorConfig):
     accept_coarse_scale: bool = False
     noise_deg_sqrt_h: GyroNoise | None = None
     bias_instability_deg_h: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
+    rate_random_walk_deg_h_sqrt_h: Annotated[float, Field(ge=0.0, le=1e5)] = 0.0
     bias_sigma_deg_h: Annotated[float, Field(ge=0.0, le=1e5)] | None = None
     drift_curvature_sigma_deg_h3: Annotated[float, Field(ge=0.0, le=1e9)] | None = None
 

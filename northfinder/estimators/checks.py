@@ -1,7 +1,8 @@
 """What a finished revolution tells of itself: each check is one value against one limit.
 
 False alarms of the statistical checks by noise alone: a warning in about 1000 runs (0.27 % for
-the 3-sigma ones), a failure in about a million. What none of them can see is in docs/theory.md.
+the 3-sigma ones), a failure in about a million; of ``turned``, in about 1000. What none of them
+can see is in docs/theory.md.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from northfinder.estimators.arrays import FloatArray
 from northfinder.estimators.azimuth import AzimuthSolution, EarthRate
 from northfinder.estimators.drift import HIGHEST_ORDER, SIGNIFICANT_SIGMAS, unmodelled_drift
 from northfinder.estimators.harmonic import HarmonicFit
-from northfinder.estimators.student import sigma_limit, student_quantile
+from northfinder.estimators.student import sigma_limit
 from northfinder.estimators.tilt import TiltEstimate
 from northfinder.units import ARCMIN, DEG, DEG_PER_HOUR, HOUR
 
@@ -36,6 +37,8 @@ WARN_LOST_FRACTION = 1e-3
 FAIL_LOST_FRACTION = 0.1
 WARN_INVALID_FRACTION = 0.0
 FAIL_INVALID_FRACTION = 0.01
+WARN_SPIKE_FRACTION = 0.0
+FAIL_SPIKE_FRACTION = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +63,23 @@ def check_residuals(
 
     Args:
         fit: One revolution's fit.
-        sigma: Of each visit's mean, scalar or ``(n,)``.
+        sigma: Of each visit's mean, scalar or ``(n,)``; of a fit with correlated readings its
+            own covariance counts, which holds that sigma.
         source: Where that sigma comes from.
         sensor: Whose fit it is.
     """
     name = "residuals" if sensor == "gyro" else "accelerometer residuals"
     sigma = np.asarray(sigma, dtype=np.float64)
+    correlated = fit.design.covariance is not None
     if fit.dof == 0 or not np.all(sigma > 0.0):
         why = "no degrees of freedom" if fit.dof == 0 else "a visit whose samples do not scatter"
         return Check(
             name, "warn", f"The {sensor}'s noise could not be judged: {why}; measure more visits."
         )
-    chi2 = float(np.sum((fit.residuals / sigma) ** 2))
+    chi2 = float(fit.chi2) if correlated else float(np.sum((fit.residuals / sigma) ** 2))
     ratio = f"{np.sqrt(chi2 / fit.dof):.2f} times the sigma {source}"
+    if correlated:
+        ratio += " and the slow noise"
     text = f"The {sensor}'s visits scatter {ratio} (chi-square {chi2:.1f}, {fit.dof} dof)"
     excess, lack = float(chdtrc(fit.dof, chi2)), float(chdtr(fit.dof, chi2))
     if excess < WARN_PROBABILITY:
@@ -86,50 +93,76 @@ def check_residuals(
     return Check(name, "pass", f"{text}, as noise does.")
 
 
-def studentised_residuals(fit: HarmonicFit) -> FloatArray:
-    """Externally studentised residuals: each judged by the scatter of all others, ``(..., n)``.
+@dataclass(frozen=True, slots=True)
+class Disturbed:
+    """A visit that was left out: which one, of which sensor, and how many sigma it is off."""
 
-    Student's t with ``dof - 1`` degrees of freedom (Cook and Weisberg 1982); zero where
-    a reading determines a parameter alone.
-    """
-    free = 1.0 - fit.design.leverage
-    scaled = np.divide(
-        fit.residuals * fit.design.weight,
-        np.sqrt(np.maximum(free, 0.0)),
-        out=np.zeros(fit.residuals.shape),
-        where=free > 1e-9,
-    )
-    others = np.maximum(fit.chi2[..., np.newaxis] - scaled**2, 0.0) / (fit.dof - 1)
-    t = np.zeros(scaled.shape)
-    np.divide(scaled, np.sqrt(others), out=t, where=others > 0.0)
-    return t
+    visit: int
+    angle_rad: float
+    sensor: Sensor
+    times: float
+
+    def __str__(self) -> str:
+        angle_deg = self.angle_rad / DEG
+        return f"visit {self.visit + 1} at {angle_deg:g} deg ({self.sensor}, {abs(self.times):.1f})"
 
 
-def check_outliers(fit: HarmonicFit, visit: Sequence[int]) -> Check:
-    """Look for one visit that does not belong, the limit widened for the number of visits.
+def check_outliers(
+    visits: int, limit: float, strange: int, disturbed: Sequence[Disturbed]
+) -> Check:
+    """Say which visits were left out because they do not belong to the rest.
 
     Args:
-        fit: The gyro's.
-        visit: Which visit each reading is of, counted from 0.
+        visits: How many there are.
+        limit: How many times the scatter of the others a visit that belongs may be off.
+        strange: How many do not seem to belong.
+        disturbed: Those that were left out.
     """
-    n = len(fit.design.angle_rad)
-    if fit.dof < 2:
-        return Check("outliers", "pass", f"{n} visits are too few to tell an outlier.")
-    t = np.abs(studentised_residuals(fit))
-    worst = int(np.argmax(t))
-    warn, fail = (
-        float(student_quantile(1.0 - p / (2 * n), fit.dof - 1))
-        for p in (WARN_PROBABILITY, FAIL_PROBABILITY)
-    )
-    where = f"visit {visit[worst] + 1} at {fit.design.angle_rad[worst] / DEG:g} deg"
+    if not np.isfinite(limit):
+        return Check("outliers", "pass", f"{visits} visits are too few to tell an outlier.")
+    if disturbed and _follow_one_another(sorted({each.visit for each in disturbed}), visits):
+        text = (
+            f"{', '.join(map(str, disturbed))} do not belong to the rest, and follow one another: "
+            "something moved, and stayed where it is; measure again."
+        )
+        return Check("outliers", "fail", text)
+    if disturbed:
+        text = (
+            f"Left out, being off by so many times the scatter of the others (limit {limit:.1f}): "
+            f"{', '.join(map(str, disturbed))}. Something disturbed them; the rest stands."
+        )
+        return Check("outliers", "warn", text)
+    if strange:
+        text = (
+            f"{strange} of {visits} visits do not belong to the rest, too many to leave out: "
+            f"something moved or disturbed the bench; measure again."
+        )
+        return Check("outliers", "fail", text)
+    text = f"All {visits} visits belong together (limit {limit:.1f} times the others' scatter)."
+    return Check("outliers", "pass", text)
+
+
+def check_frozen(
+    mean: ArrayLike, sigma: ArrayLike, visit: Sequence[int], sensor: Sensor
+) -> Check | None:
+    """Look for visits whose samples are all alike while those of others are not; none: no check.
+
+    Args:
+        mean: Of each visit's samples, ``(n,)``.
+        sigma: Of that mean by their scatter, ``(n,)``.
+        visit: Which visit each is, counted from 0.
+        sensor: Whose samples.
+    """
+    frozen = np.flatnonzero(np.asarray(sigma) == 0.0)
+    throughout = len(frozen) == len(visit)
+    # A simulated sensor without noise is alike throughout, but feels the table turn.
+    if not len(frozen) or (throughout and np.ptp(np.asarray(mean)) > 0.0):
+        return None
     text = (
-        f"The largest residual, {where}, is {t[worst]:.1f} times the scatter of the others "
-        f"(limit {warn:.1f})"
+        f"The {sensor}'s samples are all alike in {len(frozen)} of {len(visit)} visits, first in "
+        f"visit {visit[frozen[0]] + 1}: it repeats itself instead of measuring; restart it."
     )
-    if t[worst] <= warn:
-        return Check("outliers", "pass", f"{text}.")
-    status: Status = "fail" if t[worst] > fail else "warn"
-    return Check("outliers", status, f"{text}: something disturbed that visit; measure again.")
+    return Check("frozen", "fail", text)
 
 
 def check_earth_rate(rate: EarthRate) -> Check:
@@ -235,6 +268,30 @@ def check_invalid_samples(samples: ArrayLike, invalid: ArrayLike) -> Check:
         np.asarray(samples, dtype=np.float64),
         limits,
         "read the gyro's self-test.",
+    )
+
+
+def _follow_one_another(visit: Sequence[int], visits: int) -> bool:
+    """Say whether there are three in a row, or two at the end."""
+    three = any(later - first == 2 for first, later in zip(visit, visit[2:], strict=False))
+    return three or list(visit[-2:]) == [visits - 2, visits - 1]
+
+
+def check_spikes(samples: ArrayLike, spikes: ArrayLike, limit: float) -> Check:
+    """Compare the samples that stand out, and are left out, with all.
+
+    Args:
+        samples: Samples that arrived in each visit.
+        spikes: Those of them that stand out.
+        limit: From how many times the scatter on they do.
+    """
+    return _fraction_check(
+        "spikes",
+        f"stand out by more than {limit:g} times the scatter",
+        np.asarray(spikes, dtype=np.float64),
+        np.asarray(samples, dtype=np.float64),
+        (WARN_SPIKE_FRACTION, FAIL_SPIKE_FRACTION),
+        "they are left out; look for electrical noise, shocks and loose contacts.",
     )
 
 

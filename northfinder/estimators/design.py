@@ -2,14 +2,16 @@
 
 Model of one reading, with tau the time since the middle of its segment:
 
-    y = R_segment + a cos T + b sin T + sum over k of d_segment,k tau^k
+    y = R_segment + m (a cos T + b sin T) + sum over k of d_segment,k tau^k
 
-Columns stand in the order R, a, b and drift of the first segment, then R and drift of each
-further one.
+m is 1 where the table stands; a reading that is the mean over a sector of the circle feels less
+of the harmonic. Columns stand in the order R, a, b and drift of the first segment, then R and
+drift of each further one.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,13 +35,18 @@ class HarmonicDesign:
         segment: Which segment, counted from 0, each reading belongs to, ``(n,)``.
         labels: The caller's label of each segment, ascending.
         drift_orders: Degree of the drift polynomial of each segment, in the labels' order.
-        sigma: Standard deviation of each reading, ``(n,)``; None where it is not known.
+        sigma: Standard deviation of each reading, of correlated ones about their mean, ``(n,)``;
+            None where it is not known.
+        covariance: Of the readings where they are correlated, ``(n, n)``, up to a constant
+            common to all elements; absolute where sigma is known, else up to a factor.
+        attenuation: m of each reading, ``(n,)``.
         matrix: The model, ``(n, p)``.
+        whitener: Makes the readings' noise white and of variance one (up to the factor):
+            weights ``(n,)``, or a triangular matrix ``(n, n)`` where they are correlated.
         gain: Parameters from readings, ``parameters = gain @ y``, ``(p, n)``.
-        unit_covariance: Covariance of the parameters for weights as given, ``(p, p)``.
+        root: Parameters from whitened readings along the basis, ``(p, p)``.
         basis: Orthonormal directions of the weighted model, ``(n, p)``; what is orthogonal to
             them is left free. Thin on purpose: the free directions themselves would be n x n.
-        leverage: Diagonal of the hat matrix, ``(n,)``.
     """
 
     angle_rad: FloatArray
@@ -48,11 +55,13 @@ class HarmonicDesign:
     labels: tuple[int, ...]
     drift_orders: tuple[int, ...]
     sigma: FloatArray | None
+    covariance: FloatArray | None
+    attenuation: FloatArray
     matrix: FloatArray
+    whitener: FloatArray
     gain: FloatArray
-    unit_covariance: FloatArray
+    root: FloatArray
     basis: FloatArray
-    leverage: FloatArray
 
     @property
     def dof(self) -> int:
@@ -61,13 +70,28 @@ class HarmonicDesign:
         return int(n - p)
 
     @property
-    def weight(self) -> FloatArray:
-        """Whitening weights ``1 / sigma``, ones where sigma is not known, ``(n,)``."""
-        return np.ones_like(self.angle_rad) if self.sigma is None else 1.0 / self.sigma
+    def unit_covariance(self) -> FloatArray:
+        """Covariance of the parameters for noise as given, ``(p, p)``."""
+        covariance: FloatArray = self.root @ self.root.T
+        return covariance
 
-    def free(self, weighted: FloatArray) -> FloatArray:
-        """Return the part of weighted readings that the model cannot imitate, ``(..., n)``."""
-        left: FloatArray = weighted - (weighted @ self.basis) @ self.basis.T
+    @property
+    def variance(self) -> FloatArray:
+        """Variance of each reading as given, of correlated ones about their mean, ``(n,)``."""
+        if self.covariance is None:
+            return np.square(1.0 / self.whitener)
+        return _variance_about_mean(self.covariance)
+
+    def whiten(self, readings: FloatArray) -> FloatArray:
+        """Return readings ``(..., n)`` with white noise of variance one."""
+        if self.whitener.ndim == 1:
+            return readings * self.whitener
+        whitened: FloatArray = readings @ self.whitener.T
+        return whitened
+
+    def free(self, whitened: FloatArray) -> FloatArray:
+        """Return the part of whitened readings that the model cannot imitate, ``(..., n)``."""
+        left: FloatArray = whitened - (whitened @ self.basis) @ self.basis.T
         return left
 
     def segment_columns(self, index: int) -> list[int]:
@@ -100,12 +124,16 @@ def distinct_angles(angle_rad: FloatArray) -> IntArray:
     return number
 
 
-def harmonic_design(
+def harmonic_design(  # noqa: PLR0913 -- the published fit's, and what only its callers know
     angle_rad: ArrayLike,
     sigma: ArrayLike | None = None,
     time_s: ArrayLike | None = None,
     drift_order: int | Sequence[int] = 0,
     segment: ArrayLike | None = None,
+    *,
+    covariance: ArrayLike | None = None,
+    absolute: bool = True,
+    attenuation: ArrayLike | None = None,
 ) -> HarmonicDesign:
     """Prepare the weighted least squares of readings at any set of angles.
 
@@ -116,24 +144,44 @@ def harmonic_design(
         drift_order: Degree of the drift polynomial, 0 for none; of every segment, or one for
             each in ascending order of their labels.
         segment: Integer label of each reading; each segment has its own R and drift.
+        covariance: Of readings that are correlated, in place of sigma, ``(n, n)``: the fit is
+            that of generalised least squares (Aitken). A constant common to all elements
+            changes nothing, for R is fitted.
+        absolute: Whether that covariance is known, or only its shape: then the residuals scale it.
+        attenuation: By how much each reading feels the harmonic, ``(n,)``; 1 unless given.
 
     Raises:
         EstimationError: Too few readings or angles to determine every parameter.
-        ValueError: A shape does not fit, a number is not finite, a sigma not positive.
+        ValueError: A shape does not fit, a number is not finite, a sigma not positive, a
+            covariance not one.
     """
     angle = as_finite("angle_rad", angle_rad)
     if angle.ndim != 1 or angle.size == 0:
         msg = f"angle_rad needs shape (n,), one angle a reading; it has {angle.shape}"
         raise ValueError(msg)
-    sigmas = None if sigma is None else _sigmas(sigma, angle.size)
     time = None if time_s is None else _per_reading("time_s", time_s, angle.size)
     labels, index = _segments(segment, angle.size)
     orders = _drift_orders(drift_order, len(labels), timed=time is not None)
-    matrix, scale = _model(angle, time, index, orders)
+    felt = np.ones(angle.size)
+    if attenuation is not None:
+        felt = _per_reading("attenuation", attenuation, angle.size)
+    matrix, scale = _model(angle, time, index, orders, felt)
     _check_determined(angle, matrix)
-    weight = np.ones(angle.size) if sigmas is None else 1.0 / sigmas
-    solved = _solve(matrix, weight, scale, angle)
-    return HarmonicDesign(angle, time, index, labels, orders, sigmas, matrix * scale, *solved)
+    noise = _noise(sigma, covariance, angle.size, absolute=absolute)
+    solved = _solve(matrix, noise.whitener, scale, angle)
+    return HarmonicDesign(
+        angle,
+        time,
+        index,
+        labels,
+        orders,
+        noise.sigma,
+        noise.covariance,
+        felt,
+        matrix * scale,
+        noise.whitener,
+        *solved,
+    )
 
 
 def _per_reading(name: str, values: ArrayLike, n: int) -> FloatArray:
@@ -142,6 +190,48 @@ def _per_reading(name: str, values: ArrayLike, n: int) -> FloatArray:
         msg = f"{name} needs one value for each of the {n} angles; its shape is {array.shape}"
         raise ValueError(msg)
     return array
+
+
+class _Noise(NamedTuple):
+    sigma: FloatArray | None
+    covariance: FloatArray | None
+    whitener: FloatArray
+
+
+def _noise(
+    sigma: ArrayLike | None, covariance: ArrayLike | None, n: int, *, absolute: bool
+) -> _Noise:
+    if covariance is None:
+        sigmas = None if sigma is None else _sigmas(sigma, n)
+        return _Noise(sigmas, None, np.ones(n) if sigmas is None else 1.0 / sigmas)
+    if sigma is not None:
+        msg = "give the noise once: sigma, or the covariance of correlated readings"
+        raise ValueError(msg)
+    given = as_finite("covariance", covariance)
+    if given.shape != (n, n):
+        msg = f"covariance needs shape ({n}, {n}), a row and a column a reading, not {given.shape}"
+        raise ValueError(msg)
+    try:
+        factor = np.linalg.cholesky(_lifted(given))
+    except np.linalg.LinAlgError as error:
+        msg = "the covariance is none: some combination of the readings has no variance"
+        raise ValueError(msg) from error
+    sigmas = np.sqrt(_variance_about_mean(given)) if absolute else None
+    return _Noise(sigmas, given, np.linalg.inv(factor))
+
+
+def _lifted(covariance: FloatArray) -> FloatArray:
+    """Add a constant to all elements: R absorbs it, and flicker's is unknown (it may be low)."""
+    centred = covariance - covariance.mean()
+    lifted: FloatArray = centred + 2.0 * float(np.abs(centred).max())
+    return lifted
+
+
+def _variance_about_mean(covariance: FloatArray) -> FloatArray:
+    """Return what does not depend on a constant common to all elements, ``(n,)``."""
+    rows = covariance.mean(axis=1)
+    variance: FloatArray = np.diag(covariance) - 2.0 * rows + rows.mean()
+    return variance
 
 
 def _sigmas(sigma: ArrayLike, n: int) -> FloatArray:
@@ -187,7 +277,11 @@ def _centred(time_s: FloatArray, segment: IntArray) -> FloatArray:
 
 
 def _model(
-    angle: FloatArray, time: FloatArray | None, segment: IntArray, drift_orders: Sequence[int]
+    angle: FloatArray,
+    time: FloatArray | None,
+    segment: IntArray,
+    drift_orders: Sequence[int],
+    attenuation: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the model with time in units of half a segment, and what scales its columns back."""
     tau = np.zeros_like(angle) if time is None else _centred(time, segment)
@@ -195,7 +289,7 @@ def _model(
     columns, scale = [], []
     for index, order in enumerate(drift_orders):
         inside = (segment == index).astype(np.float64)
-        harmonics = [np.cos(angle), np.sin(angle)] if index == 0 else []
+        harmonics = [attenuation * wave(angle) for wave in (np.cos, np.sin)] if index == 0 else []
         drifts = [inside * (tau / span) ** k for k in range(1, order + 1)]
         columns += [inside, *harmonics, *drifts]
         scale += [1.0] * (1 + len(harmonics)) + [span**k for k in range(1, order + 1)]
@@ -220,10 +314,10 @@ def _check_determined(angle: FloatArray, matrix: FloatArray) -> None:
 
 
 def _solve(
-    matrix: FloatArray, weight: FloatArray, scale: FloatArray, angle: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return gain, unit covariance, basis and leverage of the weighted least squares."""
-    whitened = matrix * weight[:, np.newaxis]
+    matrix: FloatArray, whitener: FloatArray, scale: FloatArray, angle: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return gain, root and basis of the weighted least squares."""
+    whitened = whitener[:, np.newaxis] * matrix if whitener.ndim == 1 else whitener @ matrix
     length = np.linalg.norm(whitened, axis=0)
     u, s, vt = np.linalg.svd(whitened / np.where(length > 0.0, length, 1.0), full_matrices=False)
     if s[-1] <= _RANK_TOLERANCE * s[0]:
@@ -233,8 +327,8 @@ def _solve(
         )
         raise EstimationError(msg)
     root = vt.T / s / (length * scale)[:, np.newaxis]
-    gain = root @ u.T * weight
-    return gain, root @ root.T, u, np.sum(u**2, axis=1)
+    along: FloatArray = u.T * whitener if whitener.ndim == 1 else u.T @ whitener
+    return root @ along, root, u
 
 
 def _in_degrees(angle: FloatArray) -> str:

@@ -78,7 +78,7 @@ def unmodelled_drift(fit: HarmonicFit) -> tuple[DriftTerm, ...]:
         return ()
     time_s = fit.design.centred_time_s()
     span_s = float(np.abs(time_s).max()) or 1.0
-    columns = np.stack([(time_s / span_s) ** k for k in orders]) * fit.design.weight
+    columns = fit.design.whiten(np.stack([(time_s / span_s) ** k for k in orders]))
     seen = fit.design.free(columns).T
     freedom = float("inf") if fit.sigma_known else fit.dof - len(orders)
     if freedom < 1 or not _independent(seen, columns):
@@ -107,7 +107,7 @@ def _regress(fit: HarmonicFit, seen: FloatArray) -> tuple[FloatArray, FloatArray
     """Return coefficients and sigmas from the free directions of the readings, ``(..., m)``."""
     q, r = np.linalg.qr(seen)
     inverse = np.linalg.inv(r)
-    free = fit.design.free(fit.reading * fit.design.weight)
+    free = fit.design.free(fit.design.whiten(fit.reading))
     coefficients = free @ q @ inverse.T
     unit_sigma = np.sqrt(np.sum(inverse**2, axis=1))
     if fit.sigma_known:

@@ -11,6 +11,7 @@ from northfinder.errors import EstimationError
 from northfinder.estimators.allan_figures import NoiseFit
 from northfinder.estimators.allan_likelihood import FLOOR
 from northfinder.estimators.arrays import FloatArray
+from northfinder.estimators.coloured import walk_covariance
 from northfinder.estimators.design import distinct_angles, harmonic_design
 from northfinder.estimators.flicker import flicker_covariance
 
@@ -145,9 +146,11 @@ def _last_that_profits(sigma: FloatArray, duration_s: FloatArray) -> int:
 def _variances(fit: NoiseFit, gain: FloatArray, visit_s: float, pause_s: float) -> FloatArray:
     """What white noise, flicker and walk do to a and b along the worst direction, ``(3,)``."""
     start_s = (visit_s + pause_s) * np.arange(float(gain.shape[1]))
-    # Between window means of a unit random walk: the time of the earlier middle.
-    walk = np.minimum.outer(start_s, start_s) + visit_s * (0.5 - np.eye(len(start_s)) / 6.0)
-    kinds = np.eye(len(start_s)) / visit_s, flicker_covariance(start_s, visit_s, 1.0), walk
+    kinds = (
+        np.eye(len(start_s)) / visit_s,
+        flicker_covariance(start_s, visit_s, 1.0),
+        walk_covariance(start_s, visit_s, 1.0),
+    )
     reaching = [
         square * gain @ covariance @ gain.T
         for square, covariance in zip(_squares(fit), kinds, strict=True)

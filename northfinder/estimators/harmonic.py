@@ -90,7 +90,7 @@ class HarmonicFit:
 
         With unequal sigma it is that of a reading of mean weight.
         """
-        return np.sqrt(self._unit_variance / np.mean(self.design.weight**2))
+        return np.sqrt(self._unit_variance / np.mean(1.0 / self.design.variance))
 
     @property
     def covariance(self) -> FloatArray:
@@ -100,6 +100,12 @@ class HarmonicFit:
         residuals scale it, and without degrees of freedom it is NaN.
         """
         return self._scaled(self.design.unit_covariance[:3, :3])
+
+    def in_scale(self, covariance: FloatArray) -> FloatArray:
+        """Return a part of the noise's covariance as the residuals scale it, if they do."""
+        if self.design.covariance is None or self.sigma_known:
+            return covariance
+        return self._scaled(covariance)
 
     @property
     def segments(self) -> tuple[SegmentTerms, ...]:
@@ -177,15 +183,17 @@ def fit_design(design: HarmonicDesign, reading: ArrayLike) -> HarmonicFit:
 def _project(rows: FloatArray, design: HarmonicDesign) -> tuple[FloatArray, FloatArray]:
     """Return the parameters and chi-square of each row, by two thin products a block."""
     n, p = design.matrix.shape
-    weighted_basis, transposed = design.basis * design.weight[:, np.newaxis], design.basis.T.copy()
     along, chi2 = np.empty((len(rows), p)), np.empty(len(rows))
+    basis, transposed = design.basis, design.basis.T.copy()
     buffer, ones = np.empty((min(_BLOCK_ROWS, len(rows)), n)), np.ones(n)
+    plain = design.sigma is None and design.covariance is None
     for start in range(0, len(rows), _BLOCK_ROWS):
         block = rows[start : start + _BLOCK_ROWS]
         done, left = slice(start, start + len(block)), buffer[: len(block)]
         with np.errstate(invalid="ignore", over="ignore"):  # the caller looks for NaN and names it
-            np.matmul(np.matmul(block, weighted_basis, out=along[done]), transposed, out=left)
-            np.subtract(block if design.sigma is None else block * design.weight, left, out=left)
+            white = block if plain else design.whiten(block)
+            np.matmul(np.matmul(white, basis, out=along[done]), transposed, out=left)
+            np.subtract(white, left, out=left)
             np.matmul(np.square(left, out=left), ones, out=chi2[done])
     with np.errstate(invalid="ignore", over="ignore"):
-        return along @ ((design.gain / design.weight) @ design.basis).T, chi2
+        return along @ design.root.T, chi2

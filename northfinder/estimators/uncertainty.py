@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from northfinder.estimators.arrays import FloatArray, IntArray, quadratic_form
 from northfinder.estimators.azimuth import AzimuthSolution
+from northfinder.estimators.coloured import SlowNoise
 from northfinder.estimators.design import distinct_angles
 from northfinder.estimators.drift import HIGHEST_ORDER, drift_response, unmodelled_drift
-from northfinder.estimators.flicker import flicker_covariance
 from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.student import student_quantile
 from northfinder.estimators.tilt import TiltEstimate
@@ -30,6 +30,7 @@ class SystematicUncertainty:
         drift_curvature_rad_s3: Of the coefficient of the squared time in the gyro's drift;
             None: it is looked for in the readings.
         bias_instability_rad_s: The gyro's flicker figure B; 0 leaves it out.
+        rate_random_walk_rad_s_sqrt_s: The gyro's K; 0 leaves it out.
     """
 
     latitude_rad: float = 0.0
@@ -39,6 +40,12 @@ class SystematicUncertainty:
     accelerometer_mount_rad: float = 0.0
     drift_curvature_rad_s3: float | None = None
     bias_instability_rad_s: float = 0.0
+    rate_random_walk_rad_s_sqrt_s: float = 0.0
+
+    @property
+    def slow_noise(self) -> SlowNoise:
+        """Return what couples the visits."""
+        return SlowNoise(self.bias_instability_rad_s, self.rate_random_walk_rad_s_sqrt_s)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,29 +112,30 @@ def azimuth_budget(
         tilt: The tilt that it came from.
         systematic: What is known of the other errors.
         visit_duration_s: Length of each visit, scalar or ``(n,)``, centred on the fit's times;
-            needed for the bias instability.
+            needed for the bias instability and the rate random walk.
 
     Raises:
         ValueError: A line needs times, durations or paired visits that are not there.
     """
-    lines = [
-        *_noise_lines(solution, fit, tilt),
-        BudgetLine("table angle", _table_angle(solution, fit, tilt, systematic), _ABSOLUTE),
-        *_constant_lines(solution, fit, tilt, systematic),
-        BudgetLine("drift curvature", _drift_curvature(solution, fit, systematic), _ABSOLUTE),
-    ]
-    if systematic.bias_instability_rad_s > 0.0:
-        u_rad = _bias_instability(
-            solution, fit, systematic.bias_instability_rad_s, visit_duration_s
+    slow = _slow_parts(fit, systematic.slow_noise, visit_duration_s)
+    return AzimuthBudget(
+        (
+            *_noise_lines(solution, fit, tilt, slow),
+            BudgetLine("table angle", _table_angle(solution, fit, tilt, systematic), _ABSOLUTE),
+            *_constant_lines(solution, fit, tilt, systematic),
+            BudgetLine("drift curvature", _drift_curvature(solution, fit, systematic), _ABSOLUTE),
+            *_slow_lines(solution, fit, slow),
         )
-        lines.append(BudgetLine("bias instability", u_rad, _ABSOLUTE))
-    return AzimuthBudget(tuple(lines))
+    )
 
 
 def _noise_lines(
-    solution: AzimuthSolution, fit: HarmonicFit, tilt: TiltEstimate
+    solution: AzimuthSolution, fit: HarmonicFit, tilt: TiltEstimate, slow: dict[str, FloatArray]
 ) -> tuple[BudgetLine, BudgetLine]:
-    gyro = quadratic_form(solution.jacobian[..., 0:2], fit.covariance[..., 1:, 1:])
+    covariance = fit.covariance[..., 1:, 1:]
+    if fit.design.covariance is not None:  # which holds the slow noise too: it has its own lines
+        covariance = covariance - sum(slow.values())
+    gyro = np.maximum(quadratic_form(solution.jacobian[..., 0:2], covariance), 0.0)
     accelerometer = quadratic_form(solution.jacobian[..., 2:4], tilt.level_covariance)
     return (
         BudgetLine("gyro noise", np.sqrt(gyro), _noise_dof(fit)),
@@ -186,9 +194,10 @@ def _table_angle(
 
 def _angle_response(fit: HarmonicFit, harmonic: FloatArray, group: IntArray) -> FloatArray:
     """Change of the two harmonic coefficients by each distinct angle's error, ``(..., 2, g)``."""
+    felt, angle_rad = fit.design.attenuation, fit.design.angle_rad
     by_cosine, by_sine = (
         np.stack([np.bincount(group, row) for row in fit.gain[1:] * shape])
-        for shape in (np.cos(fit.design.angle_rad), np.sin(fit.design.angle_rad))
+        for shape in (felt * np.cos(angle_rad), felt * np.sin(angle_rad))
     )
     a, b = harmonic[..., 0, np.newaxis, np.newaxis], harmonic[..., 1, np.newaxis, np.newaxis]
     response: FloatArray = b * by_cosine - a * by_sine
@@ -209,17 +218,27 @@ def _drift_curvature(
     return np.where(term.significant, np.abs(moved), 0.0)
 
 
-def _bias_instability(
-    solution: AzimuthSolution,
-    fit: HarmonicFit,
-    bias_instability_rad_s: float,
-    visit_duration_s: ArrayLike | None,
-) -> FloatArray:
+def _slow_parts(
+    fit: HarmonicFit, slow: SlowNoise, visit_duration_s: ArrayLike | None
+) -> dict[str, FloatArray]:
+    """Return what the slow noise does to the covariance of (a, b), by source, ``(..., 2, 2)``."""
+    if not slow.any:
+        return {}
     if fit.design.time_s is None or visit_duration_s is None:
-        msg = "the bias instability needs the time and the duration of each visit: give both"
+        msg = "slow noise needs the time and the duration of each visit: give both"
         raise ValueError(msg)
     duration_s = np.asarray(visit_duration_s, dtype=np.float64)
-    start_s = fit.design.time_s - duration_s / 2.0
-    visits = flicker_covariance(start_s, duration_s, bias_instability_rad_s)
-    covariance = fit.gain[1:] @ visits @ fit.gain[1:].T
-    return np.sqrt(quadratic_form(solution.jacobian[..., 0:2], covariance))
+    between = slow.covariances(fit.design.time_s - duration_s / 2.0, duration_s)
+    gain = fit.gain[1:]
+    return {source: fit.in_scale(gain @ visits @ gain.T) for source, visits in between.items()}
+
+
+def _slow_lines(
+    solution: AzimuthSolution, fit: HarmonicFit, slow: dict[str, FloatArray]
+) -> tuple[BudgetLine, ...]:
+    estimated = fit.design.covariance is not None and not fit.sigma_known
+    dof = float(fit.dof) if estimated else _ABSOLUTE
+    return tuple(
+        BudgetLine(source, np.sqrt(quadratic_form(solution.jacobian[..., 0:2], part)), dof)
+        for source, part in slow.items()
+    )

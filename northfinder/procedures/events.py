@@ -7,6 +7,7 @@ from typing import Any, Final, Literal
 from northfinder.estimators.checks import Check
 from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.tilt import TiltEstimate
+from northfinder.procedures.fits import Search
 from northfinder.procedures.visits import Visit
 from northfinder.units import DEG
 
@@ -66,6 +67,7 @@ class Estimate:
         azimuth_rad: Of the index mark, [0, 2 pi).
         sigma_rad: Its standard uncertainty, by the scatter within the visits.
         visits: How many it was computed from.
+        searches: Which were left out, by sensor.
         gyro: Fit of the rate, rad/s.
         tilt: Of the table.
         checks: Those that can be judged before the end.
@@ -74,6 +76,7 @@ class Estimate:
     azimuth_rad: float
     sigma_rad: float
     visits: int
+    searches: Sequence[Search]
     gyro: HarmonicFit
     tilt: TiltEstimate
     checks: Sequence[Check]

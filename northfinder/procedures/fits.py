@@ -1,4 +1,8 @@
-"""The fits of both sensors over the visits that take part, and where their noise comes from."""
+"""The fits of both sensors over the visits that take part, and where their noise comes from.
+
+A visit that does not belong to the rest is left out of both fits; what couples the visits (the
+gyro's measured flicker and random walk) weighs them, by generalised least squares.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,10 +12,19 @@ import numpy as np
 from northfinder.config import RigConfig
 from northfinder.errors import EstimationError
 from northfinder.estimators.arrays import FloatArray
+from northfinder.estimators.checks import Sensor
+from northfinder.estimators.design import HarmonicDesign, harmonic_design
 from northfinder.estimators.drift import unmodelled_drift
-from northfinder.estimators.harmonic import HarmonicFit, fit_harmonic
+from northfinder.estimators.harmonic import HarmonicFit, fit_design
+from northfinder.estimators.outliers import Outliers, OutlierSearch
 from northfinder.estimators.tilt import TiltEstimate, estimate_tilt
-from northfinder.procedures.plan import Plan, chosen_order, drift_orders
+from northfinder.procedures.plan import (
+    Plan,
+    attenuation_of,
+    chosen_order,
+    drift_orders,
+    systematic,
+)
 from northfinder.procedures.segments import taking_part
 from northfinder.procedures.visits import Visit, duration_s
 from northfinder.samples import Samples
@@ -50,12 +63,28 @@ def of_both(visits: Sequence[Visit]) -> tuple[list[Samples], list[Samples]]:
 
 
 @dataclass(frozen=True, slots=True)
+class Search:
+    """What was looked for and found among a sensor's readings of the visits that take part."""
+
+    sensor: Sensor
+    visits: Sequence[Visit]
+    outliers: Outliers
+
+    @property
+    def left_out(self) -> list[tuple[Visit, float]]:
+        """Return the visits that do not belong, and how many sigma each is off."""
+        indices, times = self.outliers.index, self.outliers.times.tolist()
+        return [(self.visits[i], t) for i, t in zip(indices, times, strict=True)]
+
+
+@dataclass(frozen=True, slots=True)
 class Fitted:
     """Visits, and what the fits make of them.
 
     Attributes:
         visits: All of them, in time order.
-        used: Those that take part, a row of both fits each.
+        used: Those that take part and belong, a row of both fits each.
+        searches: What was left out of them, by sensor.
         gyro: Fit of the rate, rad/s.
         tilt: Of the table; its ``fit`` is the accelerometer's, standard gravities.
         latitude_rad: The plan's, or the site's.
@@ -63,6 +92,7 @@ class Fitted:
 
     visits: Sequence[Visit]
     used: Sequence[Visit]
+    searches: Sequence[Search]
     gyro: HarmonicFit
     tilt: TiltEstimate
     latitude_rad: float
@@ -81,42 +111,83 @@ def fit_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig, noise: No
         msg = "no visit is complete, so there is no north yet"
         raise EstimationError(msg)
     gyro, accelerometer = _fit_both(used, plan, config, noise)
+    searches = (_search("gyro", used, gyro), _search("accelerometer", used, accelerometer))
+    disturbed = {visit.index for search in searches for visit, _ in search.left_out}
+    if disturbed:
+        used = [visit for visit in used if visit.index not in disturbed]
+        gyro, accelerometer = _fit_both(used, plan, config, noise, whole=False)
     tilt = estimate_tilt(accelerometer, config.site.gravity_g)
-    return Fitted(visits, used, gyro, tilt, plan.latitude_rad(config))
+    return Fitted(visits, used, searches, gyro, tilt, plan.latitude_rad(config))
+
+
+def _search(sensor: Sensor, visits: Sequence[Visit], fit: HarmonicFit) -> Search:
+    return Search(sensor, visits, OutlierSearch(fit.design).find(fit.reading))
 
 
 def _fit_both(
-    visits: Sequence[Visit], plan: Plan, config: RigConfig, noise: NoiseModel
+    visits: Sequence[Visit], plan: Plan, config: RigConfig, noise: NoiseModel, *, whole: bool = True
 ) -> tuple[HarmonicFit, HarmonicFit]:
     segment = [visit.segment for visit in visits]
     _, lengths = np.unique(segment, return_counts=True)
-    orders = drift_orders(chosen_order(plan), lengths.tolist())
-    gyro = _fit_gyro(visits, config, noise, orders)
+    # Without the visits that were left out no order cancels a drift, as a sequential one.
+    order = chosen_order(plan) if whole else "sequential"
+    orders = drift_orders(order, lengths.tolist())
+    gyro = _fit_gyro(visits, plan, config, noise, orders)
     if orders == (0,) and unmodelled_drift(gyro)[0].significant:
         # There and back the drift does not touch a and b, but left in the residuals it would
         # pass for noise.
-        gyro = _fit_gyro(visits, config, noise, (1,))
+        gyro = _fit_gyro(visits, plan, config, noise, (1,))
     _, forces = of_both(visits)
-    accelerometer = fit_harmonic(
+    design = harmonic_design(
         _angles(visits, config.accelerometer.mount_angle_deg),
-        [samples.mean for samples in forces],
         noise(forces, config.accelerometer.noise_g_sqrt_hz, 2 + len(orders)),
         segment=segment,
+        attenuation=attenuation_of(visits, plan),
     )
-    return gyro, accelerometer
+    return gyro, fit_design(design, [samples.mean for samples in forces])
 
 
 def _fit_gyro(
-    visits: Sequence[Visit], config: RigConfig, noise: NoiseModel, orders: tuple[int, ...]
+    visits: Sequence[Visit],
+    plan: Plan,
+    config: RigConfig,
+    noise: NoiseModel,
+    orders: tuple[int, ...],
 ) -> HarmonicFit:
     rates, _ = of_both(visits)
-    return fit_harmonic(
-        _angles(visits, config.gyro.mount_angle_deg),
-        [samples.mean for samples in rates],
-        noise(rates, _gyro_noise(config), 2 + len(orders) + sum(orders)),
-        [visit.time_s for visit in visits],
+    sigma = noise(rates, _gyro_noise(config), 2 + len(orders) + sum(orders))
+    design = _gyro_design(visits, plan, config, sigma, orders)
+    return fit_design(design, [samples.mean for samples in rates])
+
+
+def _gyro_design(
+    visits: Sequence[Visit],
+    plan: Plan,
+    config: RigConfig,
+    sigma: FloatArray | None,
+    orders: tuple[int, ...],
+) -> HarmonicDesign:
+    """Weigh the visits by their white noise, and by what couples them where that is known."""
+    angle_rad = _angles(visits, config.gyro.mount_angle_deg)
+    time_s = np.array([visit.time_s for visit in visits])
+    segment = [visit.segment for visit in visits]
+    slow = systematic(config).slow_noise
+    attenuation = attenuation_of(visits, plan)
+    if not slow.any:
+        return harmonic_design(angle_rad, sigma, time_s, orders, segment, attenuation=attenuation)
+    lasting_s = np.array([visit.duration_s for visit in visits])
+    white = scatter_within([visit.gyro for visit in visits]) if sigma is None else sigma
+    between = slow.covariances(time_s - lasting_s / 2, lasting_s)
+    covariance = np.diag(white**2) + sum(between.values())
+    return harmonic_design(
+        angle_rad,
+        None,
+        time_s,
         orders,
-        [visit.segment for visit in visits],
+        segment,
+        covariance=covariance,
+        absolute=sigma is not None,
+        attenuation=attenuation,
     )
 
 

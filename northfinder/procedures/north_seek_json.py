@@ -9,6 +9,7 @@ import numpy as np
 from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.tilt import TiltEstimate
 from northfinder.procedures.events import Estimate
+from northfinder.procedures.fits import Search
 from northfinder.procedures.plain_json import checks_json, or_null, visit_json, wrapped_deg
 from northfinder.procedures.planning import budget_json
 from northfinder.procedures.reduction import NorthSeek
@@ -47,6 +48,7 @@ def north_seek_json(seek: NorthSeek) -> JsonObject:
         "accelerometer_fit": _fit_json(
             seek.accelerometer, [visit.accelerometer for visit in seek.used], 1.0, "g", "g2"
         ),
+        "left_out": left_out_json(seek.searches),
         "tilt": _tilt_json(seek.tilt),
         "earth_rate": {
             "horizontal_measured_deg_h": float(earth.measured_rad_s) / DEG_PER_HOUR,
@@ -67,9 +69,19 @@ def estimate_json(estimate: Estimate) -> JsonObject:
         "visits": estimate.visits,
         "gyro_fit": _gyro_fit_json(estimate.gyro, ()),
         "segments": _segments_json(estimate.gyro),
+        "left_out": left_out_json(estimate.searches),
         "tilt": _tilt_json(estimate.tilt),
         "checks": checks_json(estimate.checks),
     }
+
+
+def left_out_json(searches: Sequence[Search]) -> list[JsonObject]:
+    """Return the visits that do not belong, and how many times the others' scatter each is off."""
+    return [
+        {"visit": visit.index, "sensor": search.sensor, "times": times}
+        for search in searches
+        for visit, times in search.left_out
+    ]
 
 
 def _segments_json(gyro: HarmonicFit) -> list[JsonObject]:

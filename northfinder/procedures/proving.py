@@ -50,6 +50,7 @@ def choose_witnesses(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> 
     fitted = _fitted(visits, plan, config)
     if fitted is None:
         return [Witness(visit, dwell_s) for visit in _outermost(used)]
+    used = list(fitted.used)  # what was disturbed the first time is no witness
     _, slope = signal_of(fitted, used, config)
     first, second = choose_pair(
         np.array([visit.angle_rad for visit in used]),

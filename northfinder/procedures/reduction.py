@@ -19,8 +19,9 @@ from northfinder.estimators.harmonic import HarmonicFit
 from northfinder.estimators.solvers import SOLVERS, Method
 from northfinder.estimators.tilt import TiltEstimate
 from northfinder.estimators.uncertainty import AzimuthBudget, azimuth_budget
-from northfinder.procedures.fits import configured_or_seen, fit_visits
+from northfinder.procedures.fits import Search, configured_or_seen, fit_visits
 from northfinder.procedures.plan import Plan, systematic
+from northfinder.procedures.plan_checks import check_plan
 from northfinder.procedures.verdicts import verdicts
 from northfinder.procedures.visits import Visit
 from northfinder.units import DEG
@@ -32,7 +33,8 @@ class NorthSeek:
 
     Attributes:
         visits: All of them, in time order.
-        used: What it was computed from: those of segments that were proved.
+        used: What it was computed from: those of segments that were proved, less the disturbed.
+        searches: Which visits were left out, by sensor.
         gyro: Fit of the rate, rad/s.
         accelerometer: Fit of the specific force, standard gravities.
         tilt: Of the table.
@@ -45,6 +47,7 @@ class NorthSeek:
 
     visits: Sequence[Visit]
     used: Sequence[Visit]
+    searches: Sequence[Search]
     gyro: HarmonicFit
     accelerometer: HarmonicFit
     tilt: TiltEstimate
@@ -78,12 +81,16 @@ def reduce_visits(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> Nor
     return NorthSeek(
         visits,
         fitted.used,
+        fitted.searches,
         gyro,
         tilt.fit,
         tilt,
         solutions,
         budgets,
         earth_rate,
-        verdicts(fitted, earth_rate, solutions["coordinate_transform"], config),
+        [
+            *verdicts(fitted, earth_rate, solutions["coordinate_transform"], config),
+            *check_plan(plan, fitted, budgets["coordinate_transform"]),
+        ],
         config.site.reference_offset_deg * DEG,
     )

@@ -41,6 +41,7 @@ class Noise:
         rates, forces = of_both(used)
         rate, force = _pooled(used, scatter(rates)), _pooled(used, scatter(forces))
         if fitted is not None:
+            rates, forces = of_both(fitted.used)
             rate *= _excess(fitted.gyro, scatter_within(rates))
             force *= _excess(fitted.tilt.fit, scatter_within(forces))
         return cls(rate, force)

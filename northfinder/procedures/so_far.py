@@ -34,7 +34,8 @@ def estimate_so_far(visits: Sequence[Visit], plan: Plan, config: RigConfig) -> E
         azimuth_rad=float(solution.azimuth_rad),
         sigma_rad=float(budget.sigma_rad),
         visits=len(fitted.used),
+        searches=fitted.searches,
         gyro=fitted.gyro,
         tilt=fitted.tilt,
-        checks=verdicts_so_far(fitted, earth_rate),
+        checks=verdicts_so_far(fitted, earth_rate, solution),
     )

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from northfinder.estimators.arrays import FloatArray
+from northfinder.estimators.arrays import BoolArray, FloatArray
 from northfinder.formatting import azimuth, decimals_of
 from northfinder.report.canvas import (
     BLUE,
@@ -32,9 +32,20 @@ _MARKS = {
     "out": ("o", 3.0, BLUE),
     "back": ("o", 5.2, "none"),
     "again": ("D", 5.4, "none"),
+    "left out": ("x", 4.0, "none"),
 }
-_WORDS = {"out": "out", "back": "back", "again": "measured again"}
-_BESIDE_DEG = {"out": -1.0, "back": 1.0, "again": 3.0}  # residuals of one angle, side by side
+_WORDS = {
+    "out": "out",
+    "back": "back",
+    "again": "measured again",
+    "left out": "left out of the fit",
+}
+_BESIDE_DEG = {
+    "out": -1.0,
+    "back": 1.0,
+    "again": 3.0,
+    "left out": 0.0,
+}  # residuals of one angle, side by side
 
 
 def draw_fit(result: Mapping[str, Any]) -> str:
@@ -53,7 +64,8 @@ def draw_fit(result: Mapping[str, Any]) -> str:
         for kind in _MARKS:
             own = readings.of_kind(kind)
             _marks(axes, readings.angle_deg[own], readings.rate_deg_h[own], kind)
-        axes.set_ylim(*_with_whiskers(readings, readings.rate_deg_h))
+        everything = np.ones(len(readings.kind), dtype=np.bool_)
+        axes.set_ylim(*_with_whiskers(readings, readings.rate_deg_h, everything))
         legend_end_pt = _legend(figure, bottom_pt + 98.5, readings)
         if readings.fit is None:
             _name_table_angle(figure)
@@ -116,7 +128,7 @@ def _residuals(figure: "Figure", height_pt: float, readings: Readings) -> None:
     for kind in _MARKS:
         own = readings.of_kind(kind)
         _marks(axes, beside_deg[own], residual_deg_h[own], kind)
-    low, high = _with_whiskers(readings, residual_deg_h)
+    low, high = _with_whiskers(readings, residual_deg_h, readings.fitted)
     limit = max(-low, high)
     axes.set_ylim(-limit, limit)
     _name_table_angle(figure)
@@ -148,10 +160,10 @@ def _marks(axes: "Axes", x: FloatArray, y: FloatArray, kind: str) -> None:
     )
 
 
-def _with_whiskers(readings: Readings, y: FloatArray) -> tuple[float, float]:
-    """Return limits that clip no whisker."""
-    low = float(np.min(y - 2.0 * readings.sigma_deg_h))
-    high = float(np.max(y + 2.0 * readings.sigma_deg_h))
+def _with_whiskers(readings: Readings, y: FloatArray, shown: BoolArray) -> tuple[float, float]:
+    """Return limits that clip no whisker of those that have to be shown."""
+    low = float(np.min((y - 2.0 * readings.sigma_deg_h)[shown]))
+    high = float(np.max((y + 2.0 * readings.sigma_deg_h)[shown]))
     room = 0.06 * (high - low) or 1.0
     return low - room, high + room
 

@@ -6,7 +6,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from northfinder.estimators.arrays import FloatArray, IntArray
+from northfinder.estimators.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +33,14 @@ class Readings:
 
     Attributes:
         angle_deg: Of the table.
-        rate_deg_h: Less what the bias differs by from that of the first segment (at its middle):
-            so that one curve fits them all. Without those of a segment that takes no part in
-            the fit: one that was refused, for something had moved.
+        rate_deg_h: Less what the bias differs by from that of the first segment (at its middle),
+            and of a table that turns as if it stood: so that one curve fits them all. Without
+            those of a segment that takes no part in the fit: one that was refused, for something
+            had moved.
         sigma_deg_h: One standard deviation of each.
         segment: Its number.
-        kind: ``out``, ``back``, or ``again`` where an angle was measured again after an
-            interruption, to prove that nothing had moved.
+        kind: ``out``, ``back``, ``again`` where an angle was measured again after an
+            interruption, to prove that nothing had moved, or ``left out`` of the fit.
         fit: The curve; None for a run without a result.
     """
 
@@ -54,21 +55,33 @@ class Readings:
     def of(cls, result: Mapping[str, Any]) -> Self:
         """Read them from a result, or from the visits alone of a run that has none."""
         bias = _bias_by_segment(result)
+        left_out = {each["visit"] for each in result.get("left_out", ())}
         visits = [v for v in result["visits"] if bias is None or v["segment"] in bias]
         column = {
             key: np.array([visit[key] for visit in visits], dtype=np.float64)
             for key in ("angle_deg", "gyro_mean_deg_h", "gyro_sigma_deg_h", "start_s")
         }
         segment = np.array([visit["segment"] for visit in visits], dtype=np.int64)
-        excess = np.zeros(len(visits)) if bias is None else _excess(bias, column, segment)
+        kind = tuple("left out" if v["index"] in left_out else _kind(v) for v in visits)
+        used = np.array([each != "left out" for each in kind], dtype=np.bool_)
+        rate_deg_h = column["gyro_mean_deg_h"]
+        if bias is not None:
+            own_deg_h = _bias(bias, column, segment, used)
+            R_deg_h = bias[min(bias)]["R_deg_h"]
+            rate_deg_h = R_deg_h + (rate_deg_h - own_deg_h) / _felt(result.get("plan", {}))
         return cls(
             angle_deg=column["angle_deg"],
-            rate_deg_h=column["gyro_mean_deg_h"] - excess,
+            rate_deg_h=rate_deg_h,
             sigma_deg_h=column["gyro_sigma_deg_h"],
             segment=segment,
-            kind=tuple(_kind(visit) for visit in visits),
+            kind=kind,
             fit=_harmonic(result),
         )
+
+    @property
+    def fitted(self) -> BoolArray:
+        """Return which readings the fit is of, ``(n,)``."""
+        return np.array([each != "left out" for each in self.kind])
 
     def of_kind(self, kind: str) -> IntArray:
         """Return the places of the readings of one kind."""
@@ -95,18 +108,27 @@ def _bias_by_segment(result: Mapping[str, Any]) -> dict[int, Mapping[str, Any]] 
     return {term.get("segment", place): term for place, term in enumerate(result["segments"])}
 
 
-def _excess(
-    bias: Mapping[int, Mapping[str, Any]], column: Mapping[str, FloatArray], segment: IntArray
+def _felt(plan: Mapping[str, Any]) -> float:
+    """Return by how much the mean over a sector feels the harmonic; 1 where the table stands."""
+    return (
+        float(np.sinc(1.0 / plan["positions"])) if plan.get("modulation") == "continuous" else 1.0
+    )
+
+
+def _bias(
+    bias: Mapping[int, Mapping[str, Any]],
+    column: Mapping[str, FloatArray],
+    segment: IntArray,
+    used: BoolArray,
 ) -> FloatArray:
-    """Return each reading's bias less the first segment's; a drift counts from its mean time."""
-    excess = np.zeros(len(segment))
-    R_deg_h = bias[int(segment[0])]["R_deg_h"]
+    """Return each reading's bias; a drift counts from its segment's mean time."""
+    own_deg_h = np.zeros(len(segment))
     for number, terms in bias.items():
         own = segment == number
-        since_s = column["start_s"][own] - np.mean(column["start_s"][own])
+        since_s = column["start_s"][own] - np.mean(column["start_s"][own & used])
         drift_deg_h_h = terms["drift_deg_h_h"] or 0.0
-        excess[own] = terms["R_deg_h"] - R_deg_h + drift_deg_h_h * since_s / 3600.0
-    return excess
+        own_deg_h[own] = terms["R_deg_h"] + drift_deg_h_h * since_s / 3600.0
+    return own_deg_h
 
 
 def _kind(visit: Mapping[str, Any]) -> str:

@@ -25,6 +25,7 @@ from tests.estimators.truth import (
     angle_between,
     read,
 )
+from tests.evidence import Record
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "vectors" / "north_seek.json").read_text())
 EXACT: tuple[Method, ...] = ("coordinate_transform", "vector", "two_vector")
@@ -62,7 +63,9 @@ def largest_error_deg(epsilon_deg: float, zeta_deg: float, method: Method) -> fl
 
 
 @pytest.mark.parametrize("case", GOLDEN["cases"])
-def test_every_intermediate_of_the_golden_cases(case: dict[str, Any]) -> None:
+def test_every_intermediate_of_the_golden_cases(
+    case: dict[str, Any], record_property: Record
+) -> None:
     latitude_rad = case["latitude_deg"] * DEG
     azimuth, pitch, roll = (case[f"{name}_deg"] * DEG for name in ("azimuth", "pitch", "roll"))
     rate, force = read(azimuth, pitch, roll, latitude_rad)
@@ -81,7 +84,9 @@ def test_every_intermediate_of_the_golden_cases(case: dict[str, Any]) -> None:
         golden_deg = case[f"azimuth_{NAMES.get(method, method)}_deg"]
         solved = solve_azimuth(fit, tilt, latitude_rad, method).azimuth_rad
         assert 0.0 <= solved < 2 * np.pi
-        assert_allclose(angle_between(solved, golden_deg * DEG) / DEG, 0.0, atol=1e-9)
+        apart_deg = angle_between(solved, golden_deg * DEG) / DEG
+        record_property("measured", f"{abs(apart_deg):.1e} deg")
+        assert_allclose(apart_deg, 0.0, atol=1e-9)
 
 
 @given(azimuths_deg, st.floats(0.0, 30.0), st.floats(0.0, 360.0), latitudes_deg)

@@ -10,18 +10,21 @@ from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
 from northfinder.estimators.azimuth import EarthRate
 from northfinder.estimators.checks import (
     Check,
+    Disturbed,
     NoiseSource,
     check_drift,
     check_earth_rate,
+    check_frozen,
     check_invalid_samples,
     check_latitude,
     check_lost_samples,
     check_outliers,
     check_residuals,
+    check_spikes,
     check_tilt,
-    studentised_residuals,
 )
-from northfinder.estimators.harmonic import HarmonicFit
+from northfinder.estimators.design import harmonic_design
+from northfinder.estimators.harmonic import HarmonicFit, fit_design
 from tests.estimators.truth import DEG, DEG_PER_HOUR, TWENTY_FOUR_RAD, Array, read
 
 SIGMA = 0.01 * DEG_PER_HOUR
@@ -58,6 +61,18 @@ def test_residuals_are_held_against_the_scatter_within_visits_where_no_sigma_is_
     assert check_residuals(revolution(), np.full(24, SIGMA / 3), within, "gyro").status == "fail"
 
 
+def test_correlated_residuals_are_held_against_their_covariance() -> None:
+    slow = 5.0 * SIGMA * np.sin(np.arange(24.0) * 1.3)
+    covariance = SIGMA**2 * np.eye(24) + np.outer(slow, slow)
+    design = harmonic_design(TWENTY_FOUR_RAD, covariance=covariance)
+    check = check_residuals(
+        fit_design(design, revolution(slow).reading), np.full(24, SIGMA), "given", "gyro"
+    )
+    assert check.status == "pass"
+    assert "the sigma given and the slow noise" in check.detail
+    assert check_residuals(revolution(slow), SIGMA, "given", "gyro").status == "fail"
+
+
 def test_residuals_that_cannot_be_judged_say_so() -> None:
     frozen = check_residuals(revolution(), np.zeros(24), "seen within the visits", "gyro")
     three = fit_harmonic(np.array([0.0, 2.0, 4.0]), np.zeros(3))
@@ -65,40 +80,49 @@ def test_residuals_that_cannot_be_judged_say_so() -> None:
     assert "samples do not scatter" in frozen.detail
 
 
-def test_studentised_residuals_leave_the_visit_out_of_its_own_judgement() -> None:
-    t = studentised_residuals(revolution())
-    for index in (0, 7):
-        kept = np.arange(24) != index
-        readings = revolution().reading
-        others = fit_harmonic(TWENTY_FOUR_RAD[kept], readings[kept])
-        regressor = np.array([1.0, np.cos(TWENTY_FOUR_RAD[index]), np.sin(TWENTY_FOUR_RAD[index])])
-        miss = readings[index] - regressor @ others.parameters
-        spread = np.sqrt(others.residual_sigma**2 + regressor @ others.covariance @ regressor)
-        assert t[index] == pytest.approx(miss / spread)
+def test_a_disturbed_visit_is_named_and_the_rest_stands() -> None:
+    eighth = Disturbed(7, 75 * DEG, "gyro", -12.34)
+    check = check_outliers(24, 4.9, 1, [eighth])
+    assert check.status == "warn"
+    assert "(limit 4.9): visit 8 at 75 deg (gyro, 12.3)." in check.detail
+    assert check_outliers(24, 4.9, 0, []).status == "pass"
 
 
-@pytest.mark.parametrize(("kick", "status"), [(0.0, "pass"), (6.0, "warn"), (15.0, "fail")])
-def test_a_disturbed_visit_is_named(kick: float, status: str) -> None:
-    at = np.zeros(24)
-    at[5] = kick * SIGMA
-    check = check_outliers(revolution(at), range(2, 26))
-    assert check.status == status
-    assert ("visit 8 at 75 deg" in check.detail) == (status != "pass")
+@pytest.mark.parametrize(
+    ("visits", "status"), [((4, 5), "warn"), ((4, 5, 6), "fail"), ((22, 23), "fail")]
+)
+def test_disturbed_visits_in_a_row_are_a_bench_that_moved(
+    visits: tuple[int, ...], status: str
+) -> None:
+    row = [Disturbed(visit, visit * 15 * DEG, "gyro", 9.0) for visit in visits]
+    assert check_outliers(24, 4.9, len(row), row).status == status
+
+
+def test_too_many_disturbed_visits_are_not_argued_away() -> None:
+    check = check_outliers(24, 4.9, 5, [])
+    assert check.status == "fail"
+    assert "5 of 24 visits" in check.detail
 
 
 def test_too_few_visits_show_no_outlier() -> None:
-    four = fit_harmonic(TWENTY_FOUR_RAD[::6], np.zeros(4))
-    assert check_outliers(four, range(4)).status == "pass"
-    lone = fit_harmonic(TWENTY_FOUR_RAD[:6], np.ones(6), segment=np.array([0, 0, 0, 0, 0, 1]))
-    assert studentised_residuals(lone)[-1] == 0.0  # the last one determines its own R
+    assert "too few" in check_outliers(4, float("inf"), 0, []).detail
 
 
-def test_a_warning_about_an_outlier_is_as_rare_as_stated() -> None:
-    noise = np.random.default_rng(16).normal(size=(4000, 24))
-    statuses = [
-        check_outliers(fit_harmonic(TWENTY_FOUR_RAD, row), range(24)).status for row in noise
-    ]
-    assert statuses.count("pass") >= 4000 - 12  # 4 expected
+@pytest.mark.parametrize(("spikes", "status"), [(0, "pass"), (3, "warn"), (200, "fail")])
+def test_samples_that_stand_out_are_counted(spikes: int, status: str) -> None:
+    check = check_spikes([1000, 1000], [0, spikes], 7.0)
+    assert check.status == status
+    assert "7 times the scatter" in check.detail
+
+
+def test_a_sensor_that_repeats_itself_is_found() -> None:
+    check = check_frozen([3.0, 2.0, 1.0], [0.1, 0.0, 0.0], [3, 4, 5], "gyro")
+    assert check is not None
+    assert check.status == "fail"
+    assert "2 of 3 visits, first in visit 5" in check.detail
+    assert check_frozen([1.0, 2.0], [0.1, 0.2], [0, 1], "gyro") is None
+    assert check_frozen([1.0, 2.0], [0.0, 0.0], [0, 1], "gyro") is None  # simulated, without noise
+    assert check_frozen([1.0, 1.0], [0.0, 0.0], [0, 1], "gyro") is not None
 
 
 @pytest.mark.parametrize(("z", "status"), [(2.9, "pass"), (-3.1, "warn"), (5.1, "fail")])

@@ -14,6 +14,7 @@ from northfinder.estimators.uncertainty import SystematicUncertainty, azimuth_bu
 from northfinder.procedures.plan import drift_orders
 from northfinder.procedures.visits import Order, schedule
 from tests.estimators.truth import DEG, DEG_PER_HOUR, Array, angle_between, read
+from tests.evidence import Record
 
 SIGMA, FORCE_SIGMA_G = 0.038 * DEG_PER_HOUR, 6e-6  # of 2.5 s with the simulated rig's sensors
 VISIT_S, BREAK_S = 4.0, 500.0
@@ -84,6 +85,10 @@ def test_an_interrupted_run_holds_the_truth_95_times_in_100(order: Order) -> Non
 @pytest.mark.proof
 @pytest.mark.parametrize("order", ["out-and-back", "opposite", "sequential"])
 @pytest.mark.parametrize("positions", [4, 6, 8, 24, 45])
-def test_an_interrupted_run_of_any_length_holds_the_truth(order: Order, positions: int) -> None:
+def test_an_interrupted_run_of_any_length_holds_the_truth(
+    order: Order, positions: int, record_property: Record
+) -> None:
     breaks = positions * (1 if order == "sequential" else 2) - 1
-    assert 0.945 < share(order, positions, 200_000 // breaks) < 0.955
+    held = share(order, positions, 200_000 // breaks)
+    record_property("measured", f"{100 * held:.2f} % of 200 000 runs")
+    assert 0.945 < held < 0.955

@@ -11,6 +11,7 @@ from northfinder.errors import AcquisitionError
 from northfinder.procedures.plan import Plan
 from northfinder.procedures.proving import choose_witnesses, require_stillness
 from tests.estimators.truth import DEG
+from tests.evidence import Record
 from tests.procedures.benches import Bench
 from tests.procedures.lives import Watch, crash_after, live
 from tests.procedures.rigs import config_of
@@ -57,13 +58,15 @@ def refusals(
 
 
 @pytest.mark.parametrize("visits", [12, 36])
-def test_an_unmoved_bench_goes_on_200_times_of_200(visits: int) -> None:
+def test_an_unmoved_bench_goes_on_200_times_of_200(visits: int, record_property: Record) -> None:
     """With 0.03 false alarms expected; a new bias of both sensors is none."""
 
     def next_day(before: Bench) -> Bench:
         return replace(before, bias_deg_h=5.0, force_bias_g=1e-4)
 
-    assert refusals(200, next_day, visits) == 0
+    refused = refusals(200, next_day, visits)
+    record_property("measured", f"{refused} of 200 unmoved ones refused")
+    assert refused == 0
 
 
 @pytest.mark.parametrize("visits", [1, 2, 3, 4, 5])
@@ -174,5 +177,9 @@ def test_20_knocks_of_20_are_refused_on_the_default_rig() -> None:
         pytest.param(knocked(pitch_deg=0.2), id="tilted"),
     ],
 )
-def test_20_knocks_of_20_of_each_kind_are_refused_on_the_default_rig(knock: Watch) -> None:
-    assert refused_on_rigs(knock, range(20)) == 20
+def test_20_knocks_of_20_of_each_kind_are_refused_on_the_default_rig(
+    knock: Watch, record_property: Record
+) -> None:
+    refused = refused_on_rigs(knock, range(20))
+    record_property("measured", f"{refused} of 20 refused")
+    assert refused == 20

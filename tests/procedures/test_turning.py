@@ -116,4 +116,4 @@ def test_a_plate_that_slips_on_its_motor_is_found_out() -> None:
 
     status, detail = table_check(seek(loosen))
     assert status == "warn"
-    assert "a plate that slips" in detail
+    assert "its plate for slip" in detail
