@@ -212,8 +212,12 @@ class Cia402(IndexingTable):
             await self._until(lambda status: status & _HOMED != _HOMED, "begin", _STALE_S)
         self._mode = Mode.HOMING
 
-    async def _begin_move(self, angle_rad: float, check: Check) -> None:
+    async def _begin_move(self, angle_rad: float, speed_rad_s: float | None, check: Check) -> None:
         await self._prepare(Mode.PROFILE_POSITION, check)
+        if speed_rad_s is not None:
+            await self._node.write(
+                PROFILE_VELOCITY, max(1, round(speed_rad_s * self._units_per_rad)), 4
+            )
         await self._node.write(TARGET_POSITION, round(angle_rad * self._units_per_rad), 4)
         await self._node.write(CONTROLWORD, Command.START_AT_ONCE, 2, check=check)
         taken = Status.SET_POINT_ACKNOWLEDGED
@@ -221,6 +225,10 @@ class Cia402(IndexingTable):
         await self._node.write(CONTROLWORD, Command.ENABLE, 2, check=check)
         await self._until(lambda status: not status & taken, "begin the move")
         self._mode = Mode.PROFILE_POSITION
+
+    async def _forget_speed(self) -> None:
+        speed = round(self.limits.speed_rad_s * self._units_per_rad)
+        await self._node.write(PROFILE_VELOCITY, speed, 4)
 
     async def _prepare(self, mode: Mode, check: Check) -> None:
         """Enable the drive in a mode; no motion begins by that, and none has a mode until then."""
@@ -253,7 +261,7 @@ class Cia402(IndexingTable):
         raise DeviceFaultError(msg, "STATE")
 
     async def _halt(self) -> None:
-        await self._node.write(CONTROLWORD, Command.QUICK_STOP, 2)
+        await self._node.urge(CONTROLWORD, Command.QUICK_STOP, 2)
 
     def _homing_speed_rad_s(self) -> float:
         return self._homing_rad_s

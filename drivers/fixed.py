@@ -51,7 +51,7 @@ class FixedMount:
         """Return where it stands: that is its reference."""
         return _AT_REST
 
-    async def move_to(self, angle_rad: float) -> TableState:
+    async def move_to(self, angle_rad: float, speed_rad_s: float | None = None) -> TableState:  # noqa: ARG002 -- every table's
         """Refuse.
 
         Raises:

@@ -1,21 +1,26 @@
 """What every indexing table does alike: begin a motion, wait for it, say what became of it."""
 
 import asyncio
+import contextlib
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
-from drivers.errors import DeviceFaultError, LinkTimeoutError
+from drivers.errors import DeviceFaultError, DriverError, LinkTimeoutError
 from drivers.interfaces import Identity, MotionLimits, TableState
 
 #: Fault codes of our own, beside those of each table's manual.
 STOPPED, SHORT, LATE, NO_REFERENCE = "STOPPED", "SHORT", "LATE", "NO REFERENCE"
 
 _POLL_S = 0.05
+_ARRIVING_POLL_S, _ARRIVING_S = 0.005, 0.25
 _MARGIN_S = 3.0
+_ROUNDED = 1.02  # what a slow speed in whole units a second may come to
 _STOP_S = 10.0
+_SWINGS_S = 1.0  # about its target after a move, at most, by more than the tolerance
 _TOLERANCE_RAD = math.radians(0.01)
 
 
@@ -112,25 +117,46 @@ class IndexingTable(ABC):
             raise DeviceFaultError(msg, NO_REFERENCE)
         return state
 
-    async def move_to(self, angle_rad: float) -> TableState:
+    async def move_to(self, angle_rad: float, speed_rad_s: float | None = None) -> TableState:
         """Turn to an absolute angle, no wrap; returns when at rest there.
+
+        Args:
+            angle_rad: Counter-clockwise from the reference.
+            speed_rad_s: Of this move alone, at most that of the limits; by default the latter.
 
         Raises:
             LinkTimeoutError: No answer.
             DeviceFaultError: The table stalled, was stopped, lost its reference or stopped
-                short; the message says where.
+                short; the message says where. Or it cannot turn at a speed given.
+            ValueError: The speed is not positive, or above the limit.
         """
+        self._check_speed(speed_rad_s)
         stops = self._stops
         what = f"the move to {deg(angle_rad)}"
         check = self._unless_stopped(what)
         start = await self.state()
         _require_reference(start)
-        await self._begin_move(angle_rad, check)
-        state = await self._rest(what, self._duration_s(abs(angle_rad - start.angle_rad)))
+        distance_rad = abs(angle_rad - start.angle_rad)
+        async with self._speed_of_one_move(speed_rad_s):
+            await self._begin_move(angle_rad, speed_rad_s, check)
+            expected_s = self._duration_s(distance_rad, speed_rad_s)
+            state = await self._rest(what, expected_s + _MARGIN_S, expected_s)
         _require_reference(state)
+        state = await self._swung_out(state, angle_rad, stops)
         if abs(state.angle_rad - angle_rad) > _TOLERANCE_RAD:
             self._check_not_stopped(stops, state, what)
             raise _missed(start.angle_rad, angle_rad, state.angle_rad)
+        return state
+
+    async def _swung_out(self, state: TableState, angle_rad: float, stops: int) -> TableState:
+        """Look again while it is off: asked the moment it arrived, it may still swing."""
+        loop = asyncio.get_running_loop()
+        deadline_s = loop.time() + _SWINGS_S
+        while abs(state.angle_rad - angle_rad) > _TOLERANCE_RAD:
+            if stops != self._stops or loop.time() >= deadline_s:
+                break
+            await asyncio.sleep(_POLL_S)
+            state = await self.state()
         return state
 
     async def stop(self) -> None:
@@ -169,8 +195,14 @@ class IndexingTable(ABC):
         """Have the table find its reference, unless ``check`` raises just before."""
 
     @abstractmethod
-    async def _begin_move(self, angle_rad: float, check: Check) -> None:
-        """Have the table turn to an angle, unless ``check`` raises just before."""
+    async def _begin_move(self, angle_rad: float, speed_rad_s: float | None, check: Check) -> None:
+        """Have the table turn to an angle, unless ``check`` raises just before.
+
+        A speed is of this move alone; None stands for the table's own.
+        """
+
+    async def _forget_speed(self) -> None:  # noqa: B027 -- where it is part of the command
+        """Let moves have the table's own speed again, after one that had a speed given."""
 
     @abstractmethod
     async def _halt(self) -> None:
@@ -191,10 +223,14 @@ class IndexingTable(ABC):
 
         return check
 
-    async def _rest(self, what: str, timeout_s: float) -> TableState:
-        """Poll until the table stands, and look what it reports."""
+    async def _rest(self, what: str, timeout_s: float, expected_s: float = math.inf) -> TableState:
+        """Poll until the table stands, and look what it reports.
+
+        Where it is expected to come to rest it is asked at once, and often for a moment: whoever
+        waits for it has nothing else to do.
+        """
         loop = asyncio.get_running_loop()
-        deadline_s = loop.time() + timeout_s
+        deadline_s, arrival_s = loop.time() + timeout_s, loop.time() + expected_s
         seen = await self._look()
         while seen.state.moving:
             if loop.time() >= deadline_s:
@@ -204,7 +240,7 @@ class IndexingTable(ABC):
                     f" after {what} began, so it was stopped. Check its load and its speed."
                 )
                 raise DeviceFaultError(msg, LATE)
-            await asyncio.sleep(_POLL_S)
+            await asyncio.sleep(_wait_s(arrival_s - loop.time()))
             seen = await self._look()
         await self._raise_fault(seen)
         return seen.state
@@ -220,13 +256,46 @@ class IndexingTable(ABC):
             msg = f"The table was stopped at {deg(state.angle_rad)} during {what}."
             raise DeviceFaultError(msg, STOPPED)
 
-    def _duration_s(self, distance_rad: float) -> float:
-        """Return how long a move may take: a trapezoid's time bounds a triangle's too."""
-        ramp_s = self.limits.speed_rad_s / self.limits.acceleration_rad_s2
-        return distance_rad / self.limits.speed_rad_s + 2 * ramp_s + _MARGIN_S
+    @asynccontextmanager
+    async def _speed_of_one_move(self, speed_rad_s: float | None) -> AsyncIterator[None]:
+        """Have the table's own speed again afterwards; what ended the move is told first."""
+        try:
+            yield
+        except BaseException:
+            if speed_rad_s is not None:
+                with contextlib.suppress(DriverError):
+                    await self._forget_speed()
+            raise
+        if speed_rad_s is not None:
+            await self._forget_speed()
+
+    def _check_speed(self, speed_rad_s: float | None) -> None:
+        highest_rad_s = self.limits.speed_rad_s
+        if speed_rad_s is not None and not 0.0 < speed_rad_s <= highest_rad_s:
+            msg = (
+                f"a speed of {speed_rad_s:g} rad/s is not above 0 and at most the table's "
+                f"{highest_rad_s:g} rad/s"
+            )
+            raise ValueError(msg)
+
+    def _duration_s(self, distance_rad: float, given_rad_s: float | None) -> float:
+        """Return how long a move takes: on a trapezoid, or on a triangle that is too short."""
+        speed_rad_s, acceleration_rad_s2 = self.limits.speed_rad_s, self.limits.acceleration_rad_s2
+        if given_rad_s is not None:
+            speed_rad_s = given_rad_s / _ROUNDED
+        if distance_rad < speed_rad_s**2 / acceleration_rad_s2:
+            return 2 * math.sqrt(distance_rad / acceleration_rad_s2)
+        return distance_rad / speed_rad_s + speed_rad_s / acceleration_rad_s2
 
     def _not_open(self) -> RuntimeError:
         return RuntimeError(f"the table on {self._link_name} is not open yet")
+
+
+def _wait_s(left_s: float) -> float:
+    """Return how long to wait before asking again, the arrival being expected so far ahead."""
+    if left_s > 0.0:
+        return min(left_s, _POLL_S)
+    return _ARRIVING_POLL_S if left_s > -_ARRIVING_S else _POLL_S
 
 
 def deg(angle_rad: float) -> str:

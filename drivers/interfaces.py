@@ -6,7 +6,7 @@ may fill two roles: a KVH 1750 is gyro and accelerometer at once, on one link th
 
 from collections.abc import Sequence
 from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar, Literal, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -205,6 +205,10 @@ class SampleBlock:
     def __len__(self) -> int:
         return len(self.tick)
 
+    def those(self, chosen: BoolArray) -> "SampleBlock":
+        """Return some of the samples, by a mask of shape ``(k,)``."""
+        return SampleBlock(*(getattr(self, part.name)[chosen] for part in fields(self)))
+
 
 class Listener(Protocol):
     """One reader of an instrument's samples, from the moment it began to listen."""
@@ -334,12 +338,17 @@ class Turntable(Instrument, Protocol):
             DeviceFaultError: The table stalled or did not find it.
         """
 
-    async def move_to(self, angle_rad: float) -> TableState:
+    async def move_to(self, angle_rad: float, speed_rad_s: float | None = None) -> TableState:
         """Turn to an absolute angle, no wrap; returns when at rest there.
+
+        Args:
+            angle_rad: Counter-clockwise from the reference.
+            speed_rad_s: Of this move alone, at most that of the limits; by default the latter.
 
         Raises:
             DeviceFaultError: The table stalled, was stopped, lost its reference or stopped
-                short; the message says where.
+                short; the message says where. Or it cannot turn at a speed given.
+            ValueError: The speed is not positive, or above the limit.
         """
 
     async def stop(self) -> None:

@@ -18,6 +18,7 @@ from drivers.indexing_table import Check, Fault, IndexingTable, Seen, deg
 from drivers.interfaces import Counters, Identity, Link, MotionLimits, Role, TableState, Transport
 from drivers.zaber_dialogue import ZaberDialogue
 
+_SPEED_OF_A_MOVE = [7, 25]
 _HOMING_SHARE = 0.1  # of the full speed; the approach to the reference is slower
 
 
@@ -119,10 +120,28 @@ class Zaber(IndexingTable):
     async def _begin_homing(self, check: Check) -> None:
         await self._dialogue.request("home", check=check)
 
-    async def _begin_move(self, angle_rad: float, check: Check) -> None:
+    async def _begin_move(self, angle_rad: float, speed_rad_s: float | None, check: Check) -> None:
         # Repeating it is checked too: its reply may have been lost while a stop came in.
         motion = f"move abs {round(angle_rad * self._microsteps_per_rad)}"
+        if speed_rad_s is not None:
+            # Not by maxspeed: that is kept in the stage, also where nobody sets it back.
+            self._require_speed_of_a_move()
+            motion += f" {max(1, round(speed_rad_s * self._microsteps_per_rad * SPEED_DATA))}"
         await self._dialogue.request(motion, check=check)
+
+    def _require_speed_of_a_move(self) -> None:
+        """Refuse a stage whose firmware is older than 7.25, the first with a speed in the command.
+
+        Raises:
+            DeviceFaultError: It is.
+        """
+        firmware = self.identity.firmware
+        if [int(part) for part in firmware.split(".")[:2] if part.isdecimal()] < _SPEED_OF_A_MOVE:
+            msg = (
+                f"The table on {self._link_name} has firmware {firmware}, and turning at a given"
+                " speed takes 7.25 or newer. Update it, or stop at each angle."
+            )
+            raise DeviceFaultError(msg, "FIRMWARE")
 
     async def _halt(self) -> None:
         await self._dialogue.urge("stop")

@@ -167,11 +167,17 @@ class Rig:
         """Find the table's reference."""
         return self._seen_from_above(await self._turntable.home())
 
-    async def move_to(self, angle_rad: float) -> TableState:
-        """Turn the table to an angle counter-clockwise seen from above and wait for it."""
+    async def move_to(self, angle_rad: float, speed_rad_s: float | None = None) -> TableState:
+        """Turn the table to an angle counter-clockwise seen from above and wait for it.
+
+        Args:
+            angle_rad: No wrap.
+            speed_rad_s: Of this move alone; by default the table's own.
+        """
         self.target_rad = angle_rad
+        towards_rad = self._direction * angle_rad
         try:
-            return self._seen_from_above(await self._turntable.move_to(self._direction * angle_rad))
+            return self._seen_from_above(await self._turntable.move_to(towards_rad, speed_rad_s))
         finally:
             self.target_rad = None
 

@@ -32,6 +32,7 @@ const SENTENCES = {
     const u = 2 * latest.gyro_fit.residual_sigma_deg_h * Math.sqrt(1 / out.length + 1 / back.length);
     return back.length && ["out to back {step} ±{u} °/h", { step: fixed(mean(back) - mean(out), 3), u: u.toFixed(3) }];
   },
+  outliers: ({ latest: { left_out: out } }) => out.length && ["left out: {n}", { n: new Set(out.map(({ visit }) => visit)).size }],
   solvers: ({ latest }) => ["agree to {deg}°", { deg: fine(Math.max(1e-6, solversApart(latest)), 6) }],
   table({ state: { visits } }) {
     const off = visits.flatMap((v, k) => (k && v.turned_deg != null && v.segment === visits[k - 1].segment ? Math.abs(v.turned_deg - v.angle_deg + visits[k - 1].angle_deg) : []));

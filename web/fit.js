@@ -19,7 +19,8 @@ export function mount(store) {
     const fit = !state.run?.result && newest(state)?.gyro_fit;
     const aside = fit ? `R ${fixed(fit.R_deg_h, 2)} · a ${fixed(fit.a_deg_h, 2)} · b ${fixed(fit.b_deg_h, 2)} °/h` : "";
     [t("Fit"), t("out"), t("back"), "R + a cos T + b sin T", aside].forEach((text, k) => write(parts[k], text));
-    write(note, t(reduce(state).shifted));
+    const { rows, shifted } = reduce(state);
+    write(note, [shifted, rows.some((row) => row.leftOut) && "fit.left_out"].filter(Boolean).map((key) => t(key)).join(" "));
   });
   createChart(chart, store, ["run", "visits", "estimates", "prediction"], (look) => build(store.state, look));
 }
@@ -34,12 +35,14 @@ function build(state, look) {
   data.push(points(rest, rest.map((deg) => value?.(deg) ?? 0), look.ink3, "circle", 4.5, null, look.paper));
   const aside = rows.some((row) => row.direction === "back") ? 36 / Math.max(angles.length, 12) : 0;
   for (const back of [false, true]) {
-    const some = rows.filter((row) => (row.direction === "back") === back);
+    const some = rows.filter((row) => !row.leftOut && (row.direction === "back") === back);
     const x = some.map((row) => wrap(row.angle_deg));
     data.push(points(x, some.map((row) => row.rate), look.blue, "circle", back ? 9 : 6.5, null, back ? "transparent" : null));
     if (value) data.push(points(x.map((deg) => deg + (back ? aside : -aside)), some.map((row) => row.residual), look.blue, "circle", 5.5, some.map((row) => row.gyro_sigma_deg_h), back ? look.paper : null, { yaxis: "y2" }));
   }
-  const most = 1.15 * Math.max(0.01, ...rows.map((row) => Math.abs(row.residual ?? 0) + 2 * row.gyro_sigma_deg_h));
+  const away = rows.filter((row) => row.leftOut);
+  data.push(points(away.map((row) => wrap(row.angle_deg)), away.map((row) => row.rate), look.orange, "x", 8));
+  const most = 1.15 * Math.max(0.01, ...rows.map((row) => (row.leftOut ? 0 : Math.abs(row.residual ?? 0) + 2 * row.gyro_sigma_deg_h)));
   return {
     data,
     layout: {

@@ -11,8 +11,8 @@ export const phase = ({ run, loaded }) => (run ? PHASES[run.state] ?? run.state 
 /** What kind of run is shown, or would be begun. */
 export const kindOf = ({ run, kind }) => run?.kind ?? kind;
 
-/** The visits that a run plans, in order; only a north-seek's table turns. */
-export const schedule = (run) => (run.kind === "north-seek" ? run.prediction?.schedule ?? run.result?.visits ?? [] : []);
+/** The visits that a run plans, or made, in order; only a north-seek's table turns. */
+export const schedule = (run) => (run.kind === "north-seek" ? (run.result ? measured(run.result.visits) : run.prediction?.schedule ?? []) : []);
 
 /** Whether a run that stopped can be carried on: what the others missed meanwhile is what they are about. */
 export const resumable = (run) => run?.kind === "north-seek";

@@ -7,7 +7,9 @@ import { t } from "./i18n.js";
 const FIELDS = {
   azimuth_deg: ["azimuth", "°"], pitch_deg: ["pitch", "°"], roll_deg: ["roll", "°"], gyro_noise_deg_sqrt_h: ["gyro noise", "°/√h"], gyro_bias_deg_h: ["gyro bias", "°/h"],
   gyro_drift_deg_h_h: ["gyro drift", "°/h²"], gyro_bias_instability_deg_h: ["bias instability", "°/h"], accel_noise_g_sqrt_hz: ["accelerometer noise", "g/√Hz"], base: ["base"],
-  drop_per_byte: ["drop", "/byte"], corrupt_per_byte: ["corrupt", "/byte"], delay_s: ["delay", "s"], silent: ["silent"], blocked_at_deg: ["blocked at", "°"], short_by_deg: ["short by", "°"],
+  drop_per_byte: ["drop", "/byte"], corrupt_per_byte: ["corrupt", "/byte"], duplicate_per_byte: ["duplicate", "/byte"], repeat_per_burst: ["repeat", "/burst"], delay_s: ["delay", "s"],
+  silent: ["silent"], unplugged: ["unplugged"], blocked_at_deg: ["blocked at", "°"], short_by_deg: ["short by", "°"], slipped_deg: ["slipped by", "°"], slip_per_move_deg: ["slip per move", "°"],
+  frozen: ["frozen"], spikes_per_s: ["spikes", "/s"], spike_deg_s: ["spike size", "°/s"], limit_deg_s: ["rate limit", "°/s"], drift_deg_h2: ["drift from now", "°/h²"], curvature_deg_h3: ["curving drift", "°/h³"],
 };
 
 const BASES = { still: "stands still", nominal: "vehicle, light wind", "paper-like": "vehicle, rough" };
@@ -47,7 +49,7 @@ export function mount(store) {
       write(error, answer ? answer.errors?.[0]?.message ?? answer.message : "");
     };
     const kind = unit ? { inputmode: "decimal", autocomplete: "off", value: value ?? "" } : { type: "checkbox", checked: value };
-    return labelled(id, t(word), h(unit ? "span.box" : "span", {}, h("input", { id, "aria-describedby": error.id, onchange: change, ...kind }), unit ? h("i", {}, unit) : null), error);
+    return labelled(id, t(word), h(unit ? "span.box" : "span", {}, h("input", { id, "aria-describedby": error.id, onchange: change, ...kind }), unit ? h("i", {}, t(unit)) : null), error);
   }
 
   // Where the bench stands: on the ground, or in a vehicle that rocks.

@@ -76,10 +76,13 @@ def print_prediction(console: Console, prediction: Mapping[str, Any]) -> None:
     expected = f"{uncertainty_deg:.{decimals_of(uncertainty_deg)}f}"
     console.print(Text(f"Takes {duration(prediction['duration_s'])}", style="bold"))
     console.print(Text(f"Predicted uncertainty ± {expected} deg (2 sigma)", style="bold"))
+    how = "turning steadily" if plan["modulation"] == "continuous" else f"order {plan['order']}"
     console.print(
         f"{plan['positions']} angles, {plan['dwell_s']:.4g} s at each in all, "
-        f"order {plan['order']}; the table turns at up to {limits['speed_deg_s']:.4g} deg/s"
+        f"{how}; the table turns at up to {limits['speed_deg_s']:.4g} deg/s"
     )
+    if prediction["chosen"] is not None:
+        console.print(f"Chosen: {prediction['chosen']}")
     for warning in prediction["warnings"]:
         console.print(Text(f"warning: {warning}", style=STATUS["warn"]))
     console.print()

@@ -90,13 +90,25 @@ def _written(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
+_PLAN_KEYS = (
+    "positions",
+    "dwell_s",
+    "order",
+    "modulation",
+    "settle_s",
+    "revolutions",
+    "target_sigma_deg",
+    "most_visits",
+    "allowed_s",
+)
+
+
 def plan_options(command: Command) -> Command:
     """Add what to measure; the command receives ``plan``."""
 
     @functools.wraps(command)
     def with_plan(*args: Any, **given: Any) -> Any:  # noqa: ANN401 - click's
-        keys = ("positions", "dwell_s", "order", "settle_s", "revolutions", "target_sigma_deg")
-        chosen = {key: value for key in keys if (value := given.pop(key)) is not None}
+        chosen = {key: value for key in _PLAN_KEYS if (value := given.pop(key)) is not None}
         return command(*args, plan=validated(Plan, chosen, "plan"), **given)
 
     defaults = Plan()
@@ -114,7 +126,14 @@ def plan_options(command: Command) -> Command:
             "--order",
             type=click.Choice(["out-and-back", "sequential", "opposite", "auto"]),
             default=defaults.order,
-            help="In which order the angles are visited.",
+            help="In which order the angles are visited; auto: angles, dwell and order for the "
+            "smallest uncertainty in the time allowed, or the least time to the target.",
+        ),
+        click.option(
+            "--modulation",
+            type=click.Choice(["indexed", "continuous", "auto"]),
+            default=defaults.modulation,
+            help="Stop at each angle, or turn slowly and steadily; auto goes with --order auto.",
         ),
         click.option(
             "--settle",
@@ -130,7 +149,21 @@ def plan_options(command: Command) -> Command:
             "target_sigma_deg",
             type=float,
             metavar="DEG",
-            help="Choose the dwell so that one sigma is predicted to be this.",
+            help="End as soon as one sigma is this; the dwell is chosen for it.",
+        ),
+        click.option(
+            "--most-visits",
+            type=int,
+            metavar="N",
+            help="Then give up after so many visits; the dwell is taken as given.",
+        ),
+        click.option(
+            "--allowed",
+            "allowed_s",
+            type=float,
+            metavar="S",
+            help="What --order auto may take in all; by default as long as the angles and the "
+            "dwell given take out and back.",
         ),
     ]
     decorated: Command = with_plan

@@ -28,7 +28,7 @@ from northfinder.wiring import build_rig, require_finite_speed, with_latitude, w
 SPEED = 20.0  # of a simulated rig whose configuration names none: a technician sees it work
 
 API = "/api/v1"
-API_VERSION = "1.2"  # of the interface that programs are written for, not of the software
+API_VERSION = "1.3"  # of the interface that programs are written for, not of the software
 
 
 def create_app(config: RigConfig, settings: ServiceSettings, records: Records) -> FastAPI:

@@ -11,7 +11,7 @@ from northfinder.procedures import alignment, heading_hold, noise, north_seek
 from northfinder.procedures.kinds import PROCEDURES
 from northfinder.records import Run, RunSummary, State
 from northfinder.records.states import LEGAL_STEPS
-from northfinder.wiring.faults import TableFaultSettings
+from northfinder.wiring.faults import SensorFaultSettings, TableFaultSettings
 
 JsonObject = dict[str, Any]
 Step = Literal["pause", "resume", "abort"]
@@ -81,7 +81,8 @@ class ScheduledVisit(BaseModel):
 class Prediction(BaseModel):
     """What a plan would take and bring; device time, one sigma.
 
-    A static record promises no azimuth, and only a north-seek has a schedule of angles.
+    A static record promises no azimuth, and only a north-seek has a schedule of angles; where its
+    plan left something open, ``chosen`` says what was taken and why.
     """
 
     duration_s: float
@@ -89,6 +90,7 @@ class Prediction(BaseModel):
     motion_limits: JsonObject | None = None
     budget: list[BudgetLine] = []
     warnings: list[str]
+    chosen: str | None = None
     plan: JsonObject
     schedule: list[ScheduledVisit] = []
 
@@ -279,8 +281,8 @@ class SimulationChanges(SimulationConfig):
     )
 
 
-class FaultChanges(TableFaultSettings):
-    """Some faults of one simulated device; the last two are the turntable's."""
+class FaultChanges(TableFaultSettings, SensorFaultSettings):
+    """Some faults of one simulated device: of its wire, and the turntable's or a sensor's own."""
 
     model_config = ConfigDict(
         strict=True,

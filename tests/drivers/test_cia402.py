@@ -12,7 +12,7 @@ import pytest
 
 from drivers.cia402 import Cia402
 from drivers.codecs.canopen import NmtCommand, encode_nmt
-from drivers.codecs.cia402 import CONTROLWORD, MODE, TARGET_POSITION, Command
+from drivers.codecs.cia402 import CONTROLWORD, MODE, PROFILE_VELOCITY, TARGET_POSITION, Command
 from drivers.codecs.sdo import Entry
 from drivers.codecs.sdo_client import Transfer
 from drivers.errors import DeviceFaultError, LinkTimeoutError, ProtocolError, TransportError
@@ -118,6 +118,34 @@ def test_homing_finds_the_plates_mark_from_an_unknown_angle(start_deg: float) ->
     assert before == TableState(0.0, moving=False, homed=False)
     assert after == TableState(0.0, moving=False, homed=True)
     assert math.remainder(plate_rad, 2 * math.pi) == pytest.approx(0, abs=5 * MILLIDEGREE)
+
+
+def test_a_slow_move_takes_its_time_and_the_next_is_as_fast_as_ever() -> None:
+    async def use(on: Bench) -> list[float]:
+        loop, durations_s = asyncio.get_running_loop(), []
+        await on.table.home()
+        for target_deg, speed_deg_s in ((30.0, 6.0), (90.0, None)):
+            start_s = loop.time()
+            speed = None if speed_deg_s is None else math.radians(speed_deg_s)
+            await on.table.move_to(math.radians(target_deg), speed)
+            durations_s.append(loop.time() - start_s)
+        return durations_s
+
+    assert on_bench(use) == pytest.approx([30 / 6 + 6 / 120, 60 / 60 + 60 / 120], abs=0.1)
+
+
+def test_a_slow_move_that_was_stopped_leaves_the_drive_as_fast_as_it_was() -> None:
+    async def use(on: Bench) -> tuple[int, int]:
+        await on.table.home()
+        move = asyncio.create_task(on.table.move_to(3.0, math.radians(6.0)))
+        await asyncio.sleep(2.0)
+        during = await on.table._node.number(PROFILE_VELOCITY)
+        await on.table.stop()
+        with pytest.raises(DeviceFaultError):
+            await move
+        return during, await on.table._node.number(PROFILE_VELOCITY)
+
+    assert on_bench(use) == (6 * UNITS_PER_DEG, 60 * UNITS_PER_DEG)
 
 
 def test_a_table_that_was_homed_homes_again() -> None:
@@ -416,3 +444,25 @@ def test_a_drive_that_another_program_stops_in_the_network_is_told() -> None:
             await on.table.state()
 
     on_bench(use)
+
+
+def test_a_drive_that_cannot_be_trusted_is_told_to_stop_all_the_same() -> None:
+    """A second device answers under its number: the driver gives it up, and must not let it run."""
+
+    async def use(on: Bench) -> tuple[float, float]:
+        await on.table.home()
+        moving = asyncio.create_task(on.table.move_to(math.radians(300)))
+        await asyncio.sleep(1.0)
+        stray = CanFrame(0x585, bytes.fromhex("4B 41 60 00 37 02 00 00"))
+        on.bus.put(stray, on.device.receive_frame)
+        with pytest.raises(ProtocolError, match="Two devices answer"):
+            await moving
+        with pytest.raises(ProtocolError, match="Two devices answer"):
+            await on.table.stop()
+        stopped_s = asyncio.get_running_loop().time()
+        await asyncio.sleep(5.0)
+        return on.plate.end_s - stopped_s, math.degrees(on.plate.angle_at(on.plate.end_s))
+
+    stood_after_s, angle_deg = on_bench(use)
+    assert stood_after_s < 1.0
+    assert 10.0 < angle_deg % 360.0 < 290.0

@@ -181,3 +181,32 @@ def test_a_restart_before_the_first_sample_changes_nothing() -> None:
     clock = kvh_clock()
     clock.restart(10.0)
     assert deliver(clock, [0, 1, 2]) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("taken", [1, 20, 50, 100])
+def test_a_delivery_that_comes_twice_keeps_its_ticks(taken: int) -> None:
+    """A converter repeats a burst: no sample can arrive before it was taken."""
+    clock = kvh_clock()
+    begin = 0
+    for _ in range(10):
+        once = span(begin, begin + taken)
+        begin += taken
+        assert deliver(clock, once) == once
+        assert deliver(clock, once + once, late_s=0.002) == once + once
+        assert deliver(clock, once, late_s=0.004) == once
+
+
+def test_messages_that_come_twice_one_by_one_keep_their_ticks() -> None:
+    """A bus sends a frame again: in one delivery as often as it likes."""
+    clock = kvh_clock()
+    deliver(clock, [0])
+    for start in range(1, 5000, 50):
+        sent = [tick for tick in span(start, start + 50) for _ in range(1 + (tick % 7 == 0))]
+        assert deliver(clock, sent) == sent
+
+
+def test_a_true_loss_is_not_taken_for_a_repeat() -> None:
+    """More than half a wrap is missing, and the time for it has passed."""
+    clock = kvh_clock()
+    assert deliver(clock, span(0, 50)) == span(0, 50)
+    assert deliver(clock, span(150, 160), bytes_lost=True) == span(150, 160)

@@ -19,10 +19,12 @@ PERIOD_S = 0.01
 
 
 def block_of(chunk: Chunk) -> SampleBlock | None:
-    """Take each byte above zero for a sample, and the byte for its tick."""
-    tick = np.array([byte for byte in chunk.data if byte], dtype=np.int64)
-    if not len(tick):
+    """Take each byte above zero for a sample, and the byte for its tick, modulo 255."""
+    counts = np.array([byte for byte in chunk.data if byte], dtype=np.int64)
+    if not len(counts):
         return None
+    wraps = np.rint((chunk.arrival_s / PERIOD_S - counts) / 255)
+    tick = counts + 255 * wraps.astype(np.int64)
     nothing = np.full((len(tick), 3), np.nan)
     invalid = np.zeros((len(tick), 3), dtype=np.bool_)
     time_s = np.full(len(tick), chunk.arrival_s)
@@ -226,6 +228,22 @@ def test_bring_up_may_fail_thousands_of_times_before_it_succeeds() -> None:
             await listener.next(1.0)
         async with rig.stream.listen() as listener:
             await listener.next(1.0)  # and nobody is told any more
+
+    in_virtual_time(scenario)
+
+
+def test_what_comes_twice_is_told_once() -> None:
+    """A converter that repeats a burst, a bus that sends a frame again."""
+
+    async def scenario(rig: Rig) -> None:
+        async with rig.stream.listen() as listener:
+            assert await ticks(listener, 2) == [1, 2]
+            rig.powered = False
+            rig.link.deliver(bytes([3, 4, 2, 3, 4, 4, 5]))
+            assert (await listener.next(1.0)).tick.tolist() == [3, 4, 5]
+            rig.link.deliver(bytes([3, 5]))
+            with pytest.raises(LinkTimeoutError):
+                await listener.next(0.5)
 
     in_virtual_time(scenario)
 

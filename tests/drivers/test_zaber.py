@@ -116,6 +116,45 @@ def test_a_move_takes_the_profiles_time_and_no_more_than_a_poll() -> None:
     assert on_bench(use) == pytest.approx(90 / 120 + 120 / 360, abs=0.06)
 
 
+def test_a_slow_move_takes_its_time_and_the_next_is_as_fast_as_ever() -> None:
+    async def use(on: Bench) -> tuple[list[float], int, int]:
+        loop, durations_s = asyncio.get_running_loop(), []
+        await on.table.home()
+        maxspeed = (await on.table._dialogue.number("get maxspeed"))[1]
+        for target_deg, speed_deg_s in ((30.0, 6.0), (120.0, None)):
+            start_s = loop.time()
+            speed = None if speed_deg_s is None else math.radians(speed_deg_s)
+            await on.table.move_to(math.radians(target_deg), speed)
+            durations_s.append(loop.time() - start_s)
+        return durations_s, maxspeed, (await on.table._dialogue.number("get maxspeed"))[1]
+
+    durations_s, before, after = on_bench(use)
+    assert durations_s == pytest.approx([30 / 6 + 6 / 360, 90 / 120 + 120 / 360], abs=0.06)
+    assert before == after, "the stage would keep a slow speed for good"
+
+
+@pytest.mark.parametrize("speed_deg_s", [0.0, -1.0, 121.0, math.nan])
+def test_a_speed_that_the_table_does_not_have_is_refused(speed_deg_s: float) -> None:
+    async def use(on: Bench) -> None:
+        await on.table.home()
+        await on.table.move_to(1.0, math.radians(speed_deg_s))
+
+    with pytest.raises(ValueError, match=r"rad/s is not above 0 and at most the table's 2\.09"):
+        on_bench(use)
+
+
+def test_firmware_without_a_speed_in_its_commands_says_so() -> None:
+    async def use(on: Bench) -> None:
+        on.device._identity["version"] = "7.24"
+        await on.table.close()
+        await on.table.open()
+        await on.table.move_to(1.0, 0.1)
+
+    code, message = fault_of(use)
+    assert code == "FIRMWARE"
+    assert "has firmware 7.24, and turning at a given speed takes 7.25 or newer" in message
+
+
 def test_a_stop_during_a_move_ends_the_move_with_where_it_stands() -> None:
     async def use(on: Bench) -> None:
         move = asyncio.create_task(on.table.move_to(math.radians(180)))
@@ -200,7 +239,7 @@ def test_an_obstacle_stalls_the_table_and_once_removed_the_move_succeeds() -> No
 
 
 @pytest.mark.parametrize(
-    ("short_deg", "side"), [(0.31, "0.31 deg short of"), (-0.02, "0.02 deg beyond")]
+    ("short_deg", "side"), [(0.31, "0.31 deg short of"), (-0.03, "0.03 deg beyond")]
 )
 def test_a_table_that_misses_says_by_how_much(short_deg: float, side: str) -> None:
     async def use(on: Bench) -> None:

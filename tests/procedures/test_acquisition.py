@@ -148,6 +148,6 @@ def test_it_settles_at_once_where_nothing_rings_but_waits_as_told() -> None:
 def test_a_table_that_never_settles_is_refused_and_says_what_to_look_for() -> None:
     config, endless = config_of(), Ringing(damping_ratio=1e-4, share=1.0)
     with pytest.raises(
-        AcquisitionError, match=r"not settled 10 s after .* at 90\.\d\d deg.*vibrat"
+        AcquisitionError, match=r"not settled 10 s after .* at (89|90)\.\d\d deg.*vibrat"
     ):
         virtually(config, settled_at(build_rig(config), endless, 0.0))

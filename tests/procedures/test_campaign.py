@@ -11,6 +11,7 @@ from northfinder.procedures.events import Event
 from northfinder.procedures.north_seek import Plan, run
 from northfinder.procedures.north_seek_json import JsonObject, north_seek_json
 from northfinder.wiring import build_rig, event_loop
+from tests.evidence import Record
 
 RUNS = 500
 
@@ -32,9 +33,7 @@ def seek(simulation: dict[str, float], latitude_deg: float, plan: Plan) -> JsonO
 
 @pytest.mark.proof
 @pytest.mark.timeout(1200)
-def test_the_interval_covers_the_truth_as_often_as_it_says(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_interval_covers_the_truth_as_often_as_it_says(record_property: Record) -> None:
     """Any azimuth, tilt to 10 deg, latitude to 75 deg; a binomial band of 99.9 %."""
     random = np.random.default_rng(2026)
     plan = Plan(positions=8, dwell_s=0.4, settle_s=0.1)
@@ -54,7 +53,6 @@ def test_the_interval_covers_the_truth_as_often_as_it_says(
         errors_deg.append(error_deg)
         sigmas_deg.append(result["azimuth_sigma_deg"])
     band = 3.3 * math.sqrt(0.95 * 0.05 / RUNS)
-    with capsys.disabled():
-        print(f"\nthe 95 % interval held the truth in {covered} of {RUNS} runs")  # noqa: T201
+    record_property("measured", f"{covered} of {RUNS} = {100 * covered / RUNS:.1f} %")
     assert abs(covered / RUNS - 0.95) < band
     assert np.max(np.abs(errors_deg) / np.array(sigmas_deg)) < 6.0  # Student's t, 13 dof, 500 runs

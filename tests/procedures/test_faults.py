@@ -190,7 +190,7 @@ def test_a_table_that_stops_short_says_by_how_much() -> None:
         world.plate.fall_short_by(math.radians(3.0))
 
     outcome = seek(SHORT, After(3, fall_short))
-    assert_failed_after(outcome, 3, "visit 4 of 8, at 270 deg: The table stopped 3.0")
+    assert_failed_after(outcome, 3, "visit 4 of 8, at 270 deg: The table stopped 3 deg short")
     assert "short of 270 deg" in outcome.reason
 
 

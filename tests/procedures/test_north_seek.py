@@ -51,7 +51,7 @@ def test_azimuths_all_around_the_circle_and_at_its_wrap(azimuth_deg: float) -> N
     assert low_deg < result["azimuth_deg"] < high_deg
 
 
-@pytest.mark.parametrize("order", ["sequential", "out-and-back", "opposite", "auto"])
+@pytest.mark.parametrize("order", ["sequential", "out-and-back", "opposite"])
 @pytest.mark.parametrize("positions", [3, 7])
 def test_every_order_with_few_and_odd_angles(order: Any, positions: int) -> None:  # noqa: ANN401
     plan = Plan(positions=positions, dwell_s=0.4, settle_s=0.1, order=order, revolutions=2)

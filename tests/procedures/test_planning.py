@@ -1,6 +1,7 @@
 """What a plan promises, against closed forms and against what the run then does."""
 
 import math
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from northfinder.errors import ConfigError
 from northfinder.procedures.north_seek import Plan, predict
 from northfinder.procedures.planning import Prediction
+from northfinder.proof.utilisation import measured_share
 from northfinder.validation import validated
 from northfinder.wiring import build_rig
 from tests.procedures.rigs import SHORT, config_of, seek, virtually, world_of
@@ -55,6 +57,12 @@ def test_the_duration_is_right_within_a_few_per_cent_beside_homing() -> None:
     assert last_s - first_s == pytest.approx(prediction.end_s[-1] - prediction.end_s[0], rel=0.03)
 
 
+@pytest.mark.parametrize("driver", ["zaber", "cia402"])
+def test_what_is_not_motion_or_settling_is_measured(driver: str) -> None:
+    """The figure is 0.98 at the default dwell; by device time."""
+    assert 0.98 <= measured_share(driver, Plan(positions=6)) <= 1.0
+
+
 def test_the_target_is_reached_and_a_chosen_plan_predicts_itself() -> None:
     first = predicted(Plan(target_sigma_deg=0.02))
     assert math.degrees(first.sigma_rad) == pytest.approx(0.02, rel=1e-6)
@@ -78,6 +86,77 @@ def test_auto_takes_opposite_angles_under_bias_instability() -> None:
     chosen = predicted(prediction.plan, gyro={"bias_instability_deg_h": 0.05}).sigma_rad
     usual = predicted(Plan(), gyro={"bias_instability_deg_h": 0.05}).sigma_rad
     assert chosen < usual
+
+
+@pytest.mark.parametrize("instability_deg_h", [0.0, 0.02, 0.1])
+def test_auto_fills_the_time_allowed_and_no_plan_of_its_kind_is_better(
+    instability_deg_h: float,
+) -> None:
+    """Held against plans that were worked out without it, each filling the same time."""
+    gyro = {"bias_instability_deg_h": instability_deg_h}
+    best = predicted(Plan(order="auto", allowed_s=120.0), gyro=gyro)
+    assert best.duration_s == pytest.approx(120.0, rel=1e-6)
+    assert best.chosen is not None
+    assert "the smallest sigma" in best.chosen
+    for positions, order in product((8, 24), ("out-and-back", "opposite", "sequential")):
+        other = Plan.model_validate({"positions": positions, "order": order, "dwell_s": 2.0})
+        first = predicted(other, gyro=gyro)
+        left_s = 120.0 - (first.duration_s - positions * 2.0)
+        if left_s > 0.5:
+            same = other.model_copy(update={"dwell_s": left_s / positions})
+            rival = predicted(same, gyro=gyro)
+            assert rival.duration_s == pytest.approx(120.0, rel=1e-6)
+            assert best.sigma_rad <= rival.sigma_rad * (1 + 1e-9)
+
+
+def test_auto_takes_no_longer_than_the_given_angles_out_and_back_and_predicts_itself() -> None:
+    given, chosen = predicted(Plan()), predicted(Plan(order="auto"))
+    assert chosen.duration_s == pytest.approx(given.duration_s, rel=1e-6)
+    assert chosen.sigma_rad < given.sigma_rad
+    assert predicted(chosen.plan).plan == chosen.plan
+
+
+def test_auto_with_a_target_takes_the_least_time() -> None:
+    target = {"target_sigma_deg": 0.05}
+    quickest = predicted(Plan(order="auto", target_sigma_deg=0.05))
+    assert math.degrees(quickest.sigma_rad) == pytest.approx(0.05, rel=1e-6)
+    for positions in (8, 16, 24):
+        other = predicted(Plan.model_validate({"positions": positions, **target}))
+        assert quickest.duration_s <= other.duration_s
+
+
+def test_auto_says_where_the_target_takes_longer_than_allowed() -> None:
+    chosen = predicted(Plan(order="auto", target_sigma_deg=0.05, allowed_s=10.0)).chosen
+    assert chosen is not None
+    assert "longer than the 10 s allowed" in chosen
+
+
+def test_auto_refuses_a_target_that_nothing_reaches() -> None:
+    with pytest.raises(ConfigError, match=r"cannot be reached within 3600 s"):
+        predicted(Plan(order="auto", target_sigma_deg=0.01), gyro={"mount_angle_sigma_deg": 0.011})
+
+
+def test_auto_refuses_a_time_that_leaves_nothing_to_measure() -> None:
+    with pytest.raises(ConfigError, match=r"^5 s are too short for a north-seek on this rig"):
+        predicted(Plan(order="auto", allowed_s=5.0))
+
+
+def test_auto_reckons_with_the_bias_instability_that_is_simulated() -> None:
+    chosen = predicted(Plan(order="auto"), simulation={"gyro_bias_instability_deg_h": 0.03}).chosen
+    assert chosen is not None
+    assert "bias instability of 0.03 deg/h" in chosen
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"allowed_s": 60.0}, "allowed_s = 60 is what order 'auto' fills"),
+        ({"most_visits": 12}, "most_visits = 12 bounds a run that ends at its target"),
+    ],
+)
+def test_what_belongs_to_another_choice_is_refused(wrong: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        validated(Plan, wrong, "plan")
 
 
 def test_a_dwell_too_short_for_the_slower_sensor_is_refused() -> None:
