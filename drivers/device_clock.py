@@ -16,8 +16,10 @@ class DeviceClock:
     The counter says which sample it is, modulo its size. Losses longer than a wrap are told by
     the arrival time, but only where something was lost: a late delivery loses nothing, however
     late; one that is late and incomplete is placed right if it is less than three quarters of a
-    wrap late. Device time is mapped to loop time by the smallest latency seen in the last ten to
-    twenty seconds, for latency is never negative and the quickest bytes waited least.
+    wrap late. A delivery that came twice is told by its counter going back, for no sample can
+    arrive before it was taken: it gets the ticks that it had. Device time is mapped to loop time
+    by the smallest latency seen in the last ten to twenty seconds, for latency is never negative
+    and the quickest bytes waited least.
 
     Args:
         modulus: Size of the counter: 128 for KVH, 256 for STIM300.
@@ -47,12 +49,15 @@ class DeviceClock:
             bytes_lost: Whether bytes were discarded since the last delivery.
 
         Returns:
-            Ticks and loop times, each of the counter's shape.
+            Ticks and loop times, each of the counter's shape; those of samples that came before
+            do not ascend.
         """
         steps = self._steps(counter)
         ticks = int(steps.sum())
         if bytes_lost or ticks > len(steps):
             steps[steps.argmax()] += self._missed_wraps(ticks, arrival_s)
+        if ticks > len(steps):
+            self._take_back(steps, arrival_s)
         tick = self._tick + np.cumsum(steps)
         self._counter, self._tick, self._arrival_s = int(counter[-1]), int(tick[-1]), arrival_s
         time_s = tick.astype(np.float64) * self._period_s + self._epoch(arrival_s)
@@ -82,6 +87,20 @@ class DeviceClock:
         wrap = self._modulus // self._counts_per_sample
         excess = (arrival_s - epoch_s) / self._period_s - self._tick - ticks
         return wrap * max(0, math.floor(excess / wrap + _EARLY_WRAPS))
+
+    def _take_back(self, steps: IntArray, arrival_s: float) -> None:
+        """Turn the widest steps ahead into steps back, as many as lead beyond the arrival."""
+        epoch_s = min(self._epoch_s, self._previous_epoch_s)
+        if math.isinf(epoch_s):
+            return
+        wrap = self._modulus // self._counts_per_sample
+        ahead = self._tick + int(steps.sum()) - (arrival_s - epoch_s) / self._period_s
+        surely = max(0, math.floor(ahead / wrap + _EARLY_WRAPS))
+        perhaps = max(0, math.ceil(ahead / wrap - _EARLY_WRAPS))
+        widest = np.argsort(-steps, kind="stable")[:perhaps]
+        # Less than a wrap ahead: perhaps a latency that has never been so small.
+        back = (np.arange(len(widest)) < surely) | (steps[widest] > wrap // 2)
+        steps[widest[back]] -= wrap
 
     def _epoch(self, arrival_s: float) -> float:
         if arrival_s >= self._window_end_s:

@@ -1,5 +1,7 @@
 """What came of a sensor's stream and what is missing: every sample placed and counted once."""
 
+import numpy as np
+
 from drivers.device_clock import DeviceClock
 from drivers.interfaces import Counters, FloatArray, IntArray
 
@@ -31,9 +33,11 @@ class SampleAccount:
         bytes_lost = discarded_bytes > self._discarded_bytes
         self._discarded_bytes = discarded_bytes
         tick, time_s = self._clock.place(counter, arrival_s, bytes_lost=bytes_lost)
+        reached = np.maximum.accumulate(np.concatenate([[self._tick], tick]))
+        fresh = int(np.count_nonzero(np.diff(reached)))  # the others came before
         self._counters.frames += len(tick)
-        self._counters.lost += int(tick[-1]) - self._tick - len(tick)
-        self._tick = int(tick[-1])
+        self._counters.lost += int(reached[-1]) - self._tick - fresh
+        self._tick = int(reached[-1])
         return tick, time_s
 
     def restart(self, arrival_s: float, discarded_bytes: int) -> None:

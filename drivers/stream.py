@@ -5,6 +5,8 @@ import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable
 from typing import Generic, Protocol, TypeVar
 
+import numpy as np
+
 from drivers.errors import DriverError, LinkTimeoutError, TransportError
 from drivers.interfaces import Counters, Listener, SampleBlock
 
@@ -90,6 +92,7 @@ class SensorStream(Generic[T]):
         # A list: equal runs wake the listeners in equal order, which a set's would not be.
         self._listeners: list[_QueueListener] = []
         self._ailment: DriverError | None = None
+        self._tick = -1
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -165,9 +168,18 @@ class SensorStream(Generic[T]):
     def _publish(self, chunk: T) -> None:
         block = self._decode(chunk)
         if block is not None:
+            block = self._unheard(block)
+        if block:
             self._ailment = None
             for listener in self._listeners:
                 listener.put(block)
+
+    def _unheard(self, block: SampleBlock) -> SampleBlock:
+        """Leave out what came before: a line may deliver twice, and a bus send again."""
+        reached = np.maximum.accumulate(np.concatenate([[self._tick], block.tick]))
+        self._tick = int(reached[-1])
+        fresh = np.diff(reached) > 0
+        return block if fresh.all() else block.those(fresh)
 
     def _fail(self, error: DriverError) -> None:
         self._ailment = error

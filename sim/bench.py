@@ -6,10 +6,12 @@ import numpy as np
 from numpy.random import Generator
 
 from drivers.interfaces import FloatArray
+from sim.footstep import Footstep
 from sim.interfaces import Felt
 from sim.motion import Plate
 from sim.noise import NoiseLevels, SensorNoise
 from sim.rocking_base import RockingBase, RockingSettings
+from sim.sensor_faults import FaultySensor, SensorFaults
 from sim.truth import Truth
 
 _ROOM_DEG_C = 23.0
@@ -64,6 +66,7 @@ class Bench:
         rocking: RockingSettings | None = None,
     ) -> None:
         self.plate = plate
+        self._footstep: Footstep | None = None
         self.set_down(truth, rocking)
         self._direction = -1.0 if clockwise else 1.0
 
@@ -87,6 +90,8 @@ class Bench:
         first_s = float(time_s[0]) - period_s
         if self._base is not None:
             return self._felt_rocking(self._base, mounting, time_s, period_s)
+        if self._footstep is not None and first_s < self._footstep.end_s:
+            return self._felt_footstep(self._footstep, mounting, time_s, period_s)
         resting_rad = self.plate.resting_rad(first_s)
         if resting_rad is not None:  # as nearly always: then all samples are the same
             rate, force = self._at_rest(mounting, resting_rad)
@@ -100,6 +105,18 @@ class Bench:
     ) -> tuple[FloatArray, FloatArray]:
         rate_t, force_t = base.felt(time_s, period_s)
         return self._felt_turning((rate_t.T, force_t.T), mounting, time_s, period_s)
+
+    def step_beside(self, footstep: Footstep) -> None:
+        """Let somebody step beside a bench that stands still; a base that rocks hides it."""
+        self._footstep = footstep
+
+    def _felt_footstep(
+        self, footstep: Footstep, mounting: Mounting, time_s: FloatArray, period_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        rate, force = footstep.felt(self._specific_force_t, time_s, period_s)
+        rate += self._earth_rate_t[:, np.newaxis]
+        force += self._specific_force_t[:, np.newaxis]
+        return self._felt_turning((rate, force), mounting, time_s, period_s)
 
     def _felt_turning(
         self,
@@ -141,16 +158,23 @@ class BenchSensor:
     ) -> None:
         self._bench = bench
         self._mounting = mounting
-        gyro_random, accelerometer_random = random.spawn(2)
+        gyro_random, accelerometer_random, fault_random = random.spawn(3)
         self.gyro_noise = SensorNoise(gyro, gyro_random)
         self.accelerometer_noise = SensorNoise(accelerometer, accelerometer_random)
+        self._faulty = FaultySensor(fault_random)
+
+    @property
+    def faults(self) -> SensorFaults:
+        """Return what goes wrong inside; set it at any time."""
+        return self._faulty.faults
 
     def sense(self, time_s: FloatArray, period_s: float) -> Felt:
         """Return what the sensor reads over the intervals that end at the given times."""
         rate, force = self._bench.felt(self._mounting, time_s, period_s)
         rate += self.gyro_noise.sample(time_s, period_s)
         force += self.accelerometer_noise.sample(time_s, period_s)
-        return Felt(rate, force, np.full(len(time_s), _ROOM_DEG_C))
+        felt = Felt(rate, force, np.full(len(time_s), _ROOM_DEG_C))
+        return self._faulty.spoiled(felt, time_s, period_s)
 
 
 def _along(vectors_t: tuple[FloatArray, FloatArray], angle_rad: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What goes wrong on a wire: bytes or frames lost, changed, late, or none at all."""
+"""What goes wrong on a wire: bytes or frames lost, changed, twice, late, or none at all."""
 
 import asyncio
 from collections import deque
@@ -24,12 +24,17 @@ class WireFaults:
     Attributes:
         drop_per_byte: Probability that a byte is lost.
         corrupt_per_byte: Probability that a byte changes.
+        duplicate_per_byte: Probability that a byte comes twice; of a frame with such a byte, the
+            frame, as where its acknowledgement was seen too late and it is sent again.
+        repeat_per_burst: Probability that all that left at one moment comes twice, intact.
         delay_s: Every byte comes this much later, in order.
         silent: Nothing comes at all, and nothing is heard: as if unpowered.
     """
 
     drop_per_byte: float = 0.0
     corrupt_per_byte: float = 0.0
+    duplicate_per_byte: float = 0.0
+    repeat_per_burst: float = 0.0
     delay_s: float = 0.0
     silent: bool = False
 
@@ -80,17 +85,33 @@ class FaultyWire:
     def _to_client(self, data: bytes) -> None:
         if self.faults.silent:
             return
-        self._late.deliver(self._damaged(data), self.faults.delay_s)
+        self._late.deliver(self._repeated(self._damaged(data)), self.faults.delay_s)
+
+    def unplug(self) -> None:
+        """Pull the computer's end out: its port is gone until it is plugged in again."""
+        self.link.unplug()
+
+    def plug_in(self) -> None:
+        """Push it back in; whoever used it has to open it again."""
+        self.link.plug_in()
 
     def _damaged(self, data: bytes) -> bytes:
-        if not (self.faults.drop_per_byte or self.faults.corrupt_per_byte):
+        faults = self.faults
+        if not (faults.drop_per_byte or faults.corrupt_per_byte or faults.duplicate_per_byte):
             return data
         array = np.frombuffer(data, np.uint8).copy()
-        corrupt = self._random.random(len(array)) < self.faults.corrupt_per_byte
+        corrupt = self._random.random(len(array)) < faults.corrupt_per_byte
         flips = self._random.integers(1, 256, len(array), dtype=np.uint8)
         array[corrupt] ^= flips[corrupt]
-        kept = self._random.random(len(array)) >= self.faults.drop_per_byte
-        return array[kept].tobytes()
+        kept = array[self._random.random(len(array)) >= faults.drop_per_byte]
+        if not faults.duplicate_per_byte:
+            return kept.tobytes()
+        twice = self._random.random(len(kept)) < faults.duplicate_per_byte
+        return np.repeat(kept, 1 + twice).tobytes()
+
+    def _repeated(self, data: bytes) -> bytes:
+        often = self.faults.repeat_per_burst
+        return 2 * data if often and self._random.random() < often else data
 
 
 class FaultyTap:
@@ -121,15 +142,23 @@ class FaultyTap:
         faults = self.faults
         if faults.silent:
             return
-        if (faults.drop_per_byte or faults.corrupt_per_byte) and self._is_hit(frame):
+        if self._hit(frame, 1.0 - (1.0 - faults.drop_per_byte) * (1.0 - faults.corrupt_per_byte)):
             self._bus.error_frames += 1
             return
         self._late.deliver(frame, faults.delay_s)
+        if self._hit(frame, faults.duplicate_per_byte) or self._repeats():
+            self._late.deliver(frame, faults.delay_s)
 
     def _put(self, frame: CanFrame) -> None:
         self._bus.put(frame, self._to_node)
 
-    def _is_hit(self, frame: CanFrame) -> bool:
-        intact_byte = (1.0 - self.faults.drop_per_byte) * (1.0 - self.faults.corrupt_per_byte)
-        intact = intact_byte ** max(1, len(frame.data))
+    def _hit(self, frame: CanFrame, per_byte: float) -> bool:
+        """Say whether any byte of a frame is hit, each with that probability."""
+        if not per_byte:
+            return False
+        intact = (1.0 - per_byte) ** max(1, len(frame.data))
         return bool(self._random.random() >= intact)
+
+    def _repeats(self) -> bool:
+        often = self.faults.repeat_per_burst
+        return bool(often and self._random.random() < often)

@@ -30,7 +30,10 @@ class Sensing(Protocol):
 
 
 class TableMechanism(Protocol):
-    """The turning plate under the motor's control; its angle is what the sensors feel."""
+    """The turning plate under the motor's control; its angle is what the sensors feel.
+
+    Angles are the motor's, which its encoder sees; a plate that has slipped stands elsewhere.
+    """
 
     @property
     def end_s(self) -> float:
@@ -42,6 +45,9 @@ class TableMechanism(Protocol):
 
     def angle_at(self, time_s: float) -> float:
         """Return the angle in rad, counter-clockwise from above, no wrap."""
+
+    def past_mark_rad(self, time_s: float) -> float:
+        """Return how far the plate has turned past its reference mark, within half a turn."""
 
     def move_to(
         self, angle_rad: float, speed_rad_s: float, acceleration_rad_s2: float, now_s: float

@@ -1,4 +1,7 @@
-"""The turning plate: where it is, how it rings after a move, and what can stop it short."""
+"""The turning plate: where it is, how it rings after a move, and what can hinder it.
+
+The motor's angle is what its encoder sees; a plate that has slipped stands elsewhere.
+"""
 
 import math
 from dataclasses import dataclass
@@ -8,6 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from drivers.interfaces import FloatArray
+from sim.slipping import Slipping
 from sim.trajectory import CONTACT_RAD, Segment, crossings, deceleration, trapezoid
 
 _HISTORY_S = 10.0  # sensors ask about the last burst only, milliseconds ago
@@ -86,6 +90,8 @@ class Plate:
         self._target_rad = angle_rad
         self._error_rad = 0.0
         self._short_rad = 0.0
+        self._slipping = Slipping()
+        self._slip_per_move_rad = 0.0
         self._block_rad: float | None = None
         self._stalled = False
         self._told_s = 0.0
@@ -112,12 +118,25 @@ class Plate:
         """Return how much before its target every move ends."""
         return self._short_rad
 
+    @property
+    def slipped_rad(self) -> float:
+        """Return how far the plate stands ahead of the motor, counter-clockwise."""
+        return self._slipping.total_rad
+
+    @property
+    def slip_per_move_rad(self) -> float:
+        """Return by how much every move slips."""
+        return self._slip_per_move_rad
+
     def angle_rad(self, time_s: FloatArray) -> FloatArray:
-        """Return the angle at each time, counter-clockwise from above, no wrap.
+        """Return the plate's angle at each time, counter-clockwise from above, no wrap.
 
         Args:
             time_s: Loop times, up to now and at most ten seconds old, any shape.
         """
+        return self._motor_rad(time_s) + self._slipping.slipped_rad(time_s)
+
+    def _motor_rad(self, time_s: FloatArray) -> FloatArray:
         start, angle, rate, acceleration, released = self._columns(time_s)
         elapsed = np.maximum(time_s - start, 0.0)
         step, _ = self._ringing.released(elapsed)
@@ -128,12 +147,12 @@ class Plate:
     def resting_rad(self, from_s: float) -> float | None:
         """Return the angle at which the plate stands, motionless since that time; else None."""
         rest = self._segments[-1]
-        if from_s < rest.start_s + self._ringing.lasts_s:
+        if from_s < max(rest.start_s + self._ringing.lasts_s, self._slipping.end_s):
             return None
-        return rest.angle_rad + rest.released_rad
+        return rest.angle_rad + rest.released_rad + self._slipping.total_rad
 
     def rate_rad_s(self, time_s: FloatArray) -> FloatArray:
-        """Return the angle's derivative at each time; a stall ends it abruptly."""
+        """Return the motor's rate at each time; a stall ends it abruptly."""
         start, _, rate, acceleration, released = self._columns(time_s)
         elapsed = np.maximum(time_s - start, 0.0)
         _, step_rate = self._ringing.released(elapsed)
@@ -141,8 +160,12 @@ class Plate:
         return turning
 
     def angle_at(self, time_s: float) -> float:
-        """Return the angle at one time."""
-        return float(self.angle_rad(np.array(time_s)))
+        """Return the motor's angle at one time: what its encoder sees."""
+        return float(self._motor_rad(np.array(time_s)))
+
+    def past_mark_rad(self, time_s: float) -> float:
+        """Return how far the plate has turned past its reference mark, within half a turn."""
+        return math.remainder(float(self.angle_rad(np.array(time_s))), _TURN_RAD)
 
     def move_to(
         self, angle_rad: float, speed_rad_s: float, acceleration_rad_s2: float, now_s: float
@@ -158,6 +181,9 @@ class Plate:
             raise ValueError(msg)
         if angle_rad != self._target_rad:  # a motor already at its target does not turn again
             self._error_rad = self._error_sigma_rad * self._random.standard_normal()
+            if self._slip_per_move_rad:
+                way = angle_rad - self.angle_at(now_s)
+                self.slip_by(-math.copysign(self._slip_per_move_rad, way), now_s)
         self._target_rad = angle_rad
         here = self._state(now_s)
         target_rad = _short_of(angle_rad + self._error_rad, here.angle_rad, self._short_rad)
@@ -187,12 +213,20 @@ class Plate:
         """Let every move from now on end this much before its target; 0 mends it."""
         self._short_rad = error_rad
 
+    def slip_by(self, angle_rad: float, now_s: float) -> None:
+        """Let the plate turn on its motor by so much, within a twentieth of a second."""
+        self._slipping.slip_by(angle_rad, now_s)
+
+    def slip_every_move_by(self, angle_rad: float) -> None:
+        """Let the plate stay behind by so much whenever the motor sets out; 0 mends it."""
+        self._slip_per_move_rad = angle_rad
+
     def _state(self, time_s: float) -> Segment:
         """Return the motion at a time: a segment that begins there and goes on as it did."""
         now = np.array(time_s)
         acceleration_rad_s2 = float(self._columns(now)[3])
         return Segment(
-            time_s, float(self.angle_rad(now)), float(self.rate_rad_s(now)), acceleration_rad_s2
+            time_s, float(self._motor_rad(now)), float(self.rate_rad_s(now)), acceleration_rad_s2
         )
 
     def _follow(self, plan: list[Segment]) -> None:
@@ -211,7 +245,8 @@ class Plate:
         """Return the rest against the obstacle that a plan runs into, if it does."""
         if self._block_rad is None:
             return None
-        ahead_rad = (self._block_rad - plan[0].angle_rad) % _TURN_RAD or _TURN_RAD
+        block_rad = self._block_rad - self._slipping.total_rad
+        ahead_rad = (block_rad - plan[0].angle_rad) % _TURN_RAD or _TURN_RAD
         above_rad = plan[0].angle_rad + ahead_rad
         sides = ((above_rad, -CONTACT_RAD), (above_rad - _TURN_RAD, CONTACT_RAD))
         for segment, following in pairwise(plan):

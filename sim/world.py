@@ -75,6 +75,7 @@ class World:
         self.can = MemoryBus("sim:can")
         self._wires: dict[str, FaultyWire] = {}
         self._taps: dict[str, FaultyTap] = {}
+        self._unplugged: set[str] = set()
         self._tasks: list[asyncio.Task[None]] = []
 
     def add_table(self, name: str, factory: TableFactory) -> None:
@@ -116,6 +117,28 @@ class World:
         """Put a node on the bus, for whoever is there."""
         random = np.random.default_rng(self._seeds.pop(0))
         self._taps[name] = FaultyTap(self.can, self.nodes[name], random)
+
+    def unplug(self, name: str) -> None:
+        """Pull the computer's end of a device's cable out; on CAN the adapter, all devices'."""
+        if name in self._wires:
+            self._wires[name].unplug()
+            self._unplugged.add(name)
+        else:
+            self.can.fail("is gone; check its adapter")
+            self._unplugged |= self.nodes.keys()
+
+    def plug_in(self, name: str) -> None:
+        """Push it back in; whoever used it has to open it again."""
+        if name in self._wires:
+            self._wires[name].plug_in()
+            self._unplugged.discard(name)
+        else:
+            self.can.mend()
+            self._unplugged -= self.nodes.keys()
+
+    def is_unplugged(self, name: str) -> bool:
+        """Say whether a device's cable is out at the computer's end."""
+        return name in self._unplugged
 
     def faults(self, name: str) -> WireFaults:
         """Return the faults of a device's wire; set them at any time."""

@@ -107,8 +107,31 @@ def test_predictions_and_the_record_follow_a_changed_noise_but_not_where_it_is_c
     assert rig.config.simulation.gyro_noise_deg_sqrt_h == 0.01
 
 
-HEALTHY = {"drop_per_byte": 0.0, "corrupt_per_byte": 0.0, "delay_s": 0.0, "silent": False}
-UNHINDERED = {**HEALTHY, "blocked_at_deg": None, "short_by_deg": 0.0}
+INTACT = {
+    "drop_per_byte": 0.0,
+    "corrupt_per_byte": 0.0,
+    "duplicate_per_byte": 0.0,
+    "repeat_per_burst": 0.0,
+    "delay_s": 0.0,
+    "silent": False,
+    "unplugged": False,
+}
+HEALTHY = {
+    **INTACT,
+    "frozen": False,
+    "spikes_per_s": 0.0,
+    "spike_deg_s": 0.0,
+    "limit_deg_s": None,
+    "drift_deg_h2": 0.0,
+    "curvature_deg_h3": 0.0,
+}
+UNHINDERED = {
+    **INTACT,
+    "blocked_at_deg": None,
+    "short_by_deg": 0.0,
+    "slipped_deg": 0.0,
+    "slip_per_move_deg": 0.0,
+}
 
 
 def test_faults_are_set_one_by_one_and_all_mended_at_once() -> None:
@@ -134,6 +157,8 @@ def test_faults_are_set_one_by_one_and_all_mended_at_once() -> None:
         ("gyro", {"blocked_at_deg": 1.0}, "faults of the gyro: blocked_at_deg is unknown"),
         ("turntable", {"blocked_at_deg": 361}, "faults of the turntable: blocked_at_deg = 361"),
         ("turntable", {"silent": "perhaps"}, "faults of the turntable: silent = 'perhaps'"),
+        ("turntable", {"frozen": True}, "faults of the turntable: frozen is unknown"),
+        ("gyro", {"limit_deg_s": -1}, "faults of the gyro: limit_deg_s = -1: .* 0"),
     ],
 )
 def test_a_wrong_fault_is_told_by_name_and_limit(
@@ -153,6 +178,59 @@ def test_hardware_among_simulated_instruments_has_no_faults_to_set() -> None:
     with pytest.raises(ConfigError, match="simulated are gyro, accelerometer"):
         mixed.simulation.set_faults("turntable", {"silent": True})
     assert build_rig(config_of(**HARDWARE)).simulation is None
+
+
+def test_what_goes_wrong_inside_a_sensor_is_set_in_degrees_and_acts() -> None:
+    async def use(rig: Rig, simulation: Simulation) -> tuple[float, float]:
+        given = {"limit_deg_s": 0.001, "curvature_deg_h3": 1e4, "drift_deg_h2": -7.0}
+        assert simulation.set_faults("gyro", given)["gyro"] == {**HEALTHY, **given}
+        rate_rad_s = await sensed(rig, "rate")
+        simulation.clear_faults()
+        simulation.set_faults("accelerometer", {"frozen": True})
+        first_g, again_g = await sensed(rig, "force"), await sensed(rig, "force")
+        return rate_rad_s, again_g - first_g
+
+    rate_rad_s, change_g = on_rig(use, simulation={"gyro_bias_deg_h": 500.0})
+    assert rate_rad_s == pytest.approx(0.001 * DEG)
+    assert change_g == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("direction", ["counter-clockwise", "clockwise"])
+def test_a_plate_that_slipped_stands_elsewhere_than_the_table_says(direction: str) -> None:
+    """Turned by 90 deg counter-clockwise from north the axis reads -sin; slipped, less of it."""
+
+    async def use(rig: Rig, simulation: Simulation) -> tuple[JsonObject, float, float]:
+        await rig.home()
+        told = simulation.set_faults("turntable", {"slipped_deg": 30.0, "slip_per_move_deg": 5.0})
+        await rig.move_to(90.0 * DEG)
+        angle_rad = (await rig.table_state()).angle_rad
+        after = simulation.faults()["turntable"]
+        assert after == {**UNHINDERED, "slipped_deg": 25.0, "slip_per_move_deg": 5.0}
+        return told["turntable"], angle_rad, await sensed(rig, "force")
+
+    told, angle_rad, force_g = on_rig(
+        use,
+        turntable={"positive_direction": direction},
+        site={"gravity_m_s2": STANDARD_GRAVITY_M_S2},
+        simulation={"pitch_deg": 10.0, "roll_deg": 0.0},
+    )
+    assert told["slipped_deg"] == 30.0
+    assert angle_rad == pytest.approx(90.0 * DEG, abs=1e-4)
+    assert force_g == pytest.approx(math.sin(10 * DEG) * math.cos(115 * DEG), abs=1e-4)
+
+
+@pytest.mark.parametrize("driver", ["zaber", "cia402"])
+def test_a_cable_that_is_out_is_told_and_mended(driver: str) -> None:
+    async def use(rig: Rig, simulation: Simulation) -> JsonObject:
+        told = simulation.set_faults("turntable", {"unplugged": True})
+        with pytest.raises(TransportError, match="is gone; check its"):
+            await rig.table_state()
+        simulation.clear_faults()
+        assert simulation.faults()["turntable"] == UNHINDERED
+        return told["turntable"]
+
+    told = on_rig(use, turntable={"driver": driver})
+    assert told == {**UNHINDERED, "unplugged": True}
 
 
 @pytest.mark.parametrize("direction", ["counter-clockwise", "clockwise"])

@@ -171,6 +171,19 @@ class CanopenNode:
         value = (number % (1 << 8 * size)).to_bytes(size, "little")
         await self._carry_out(Transfer(entry, value), f"write {number} to", check)
 
+    async def urge(self, entry: Entry, number: int, size: int) -> None:
+        """Write a number even to a node that has failed: one that cannot be trusted may hear.
+
+        Raises:
+            DriverError: As :meth:`write`; of a node that has failed it is not awaited whether it
+                takes the number, and the failure is raised again.
+        """
+        if self._failure is not None:
+            value = (number % (1 << 8 * size)).to_bytes(size, "little")
+            request = Transfer(entry, value).begin()
+            await self._link.write(CanFrame(SDO_REQUEST + self._node, request))
+        await self.write(entry, number, size)
+
     async def command(self, command: NmtCommand) -> None:
         """Tell the node to change its NMT state; it does not answer."""
         await self.send(encode_nmt(command, self._node))

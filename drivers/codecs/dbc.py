@@ -221,8 +221,11 @@ class DbcDecoder:
 
     def _selectors_of(self, signal: Signal) -> list[tuple[Field, list[int]]]:
         """Return the multiplexers that must have certain values for the signal to be there."""
-        selectors = []
+        selectors: list[tuple[Field, list[int]]] = []
         while signal.multiplexer_signal is not None and signal.multiplexer_ids:
+            if len(selectors) == len(self._message.signals):
+                msg = f"the multiplexers of {self._message.name} select each other in a circle"
+                raise ValueError(msg)
             ids = list(signal.multiplexer_ids)
             signal = self._signal(signal.multiplexer_signal)
             selectors.append((Field.of(signal), ids))

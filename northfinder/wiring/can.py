@@ -12,6 +12,7 @@ from northfinder.config import RigConfig, TurntableConfig
 from northfinder.errors import ConfigError
 from northfinder.ports import SIMULATED, AnySection, CanAddress, sections
 
+_MOST_CHARACTERS = 16_000_000  # a whole vehicle takes a tenth of that
 _SHIPPED = Path(drivers.__file__).parent / "dbc_files"
 #: Node numbers, and the address, of simulated instruments whose link is only ``sim:``.
 _SIMULATED_NODES: dict[Role, int] = {"turntable": 5, "accelerometer": 6, "gyro": 35}
@@ -127,12 +128,17 @@ def _text(role: Role, file: str) -> str:
     """Return a DBC file's text: of the path given, or of a file that comes with the program."""
     for path in (Path(file), _SHIPPED / file):
         try:
-            return path.read_text(encoding="cp1252")
+            with path.open(encoding="cp1252") as opened:
+                text = opened.read(_MOST_CHARACTERS + 1)
         except FileNotFoundError:
             continue
         except (OSError, UnicodeDecodeError) as error:
             msg = f"[{role}] file = {file!r} cannot be read: {error}"
             raise ConfigError(msg) from error
+        if len(text) > _MOST_CHARACTERS:
+            msg = f"[{role}] file = {file!r} is larger than {_MOST_CHARACTERS:,} bytes: no DBC file"
+            raise ConfigError(msg)
+        return text
     shipped = ", ".join(sorted(one.name for one in _SHIPPED.glob("*.dbc")))
     msg = f"[{role}] file = {file!r}: there is no such file; {shipped} come with the program"
     raise ConfigError(msg)

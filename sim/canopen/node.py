@@ -77,7 +77,8 @@ class SimulatedNode(ABC):
     def wants(self, frame: CanFrame) -> bool:
         """Want what CANopen may send to a node; its PDOs can be given any identifier."""
         others = frame.can_id >= SDO_ANSWER and frame.can_id != SDO_REQUEST + self._node
-        return not (frame.extended or others)
+        restricted = 0x100 < frame.can_id <= 0x180  # no PDO's (CiA 301, 7.3.5)
+        return not (frame.extended or others or restricted)
 
     def receive_frame(self, frame: CanFrame) -> None:
         """Take a frame off the bus, whomever it is meant for."""

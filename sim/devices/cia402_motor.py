@@ -68,8 +68,14 @@ class Motor:
         """Return the motion that has just come to its end, once; ``NONE`` if none has."""
         if not self.moving or _now_s() < self._mechanism.end_s:
             return Motion.NONE
+        homed = self.motion is Motion.HOMING and not self.stalled
+        if homed and abs(off_rad := self._mark_moved_rad()) > _IN_POSITION_RAD:
+            # The plate has slipped meanwhile: back to where the mark was seen, or on to it.
+            mark_rad = self._target_rad + off_rad
+            self._turn(Motion.HOMING, mark_rad, HOMING_SPEED_ZERO, HOMING_ACCELERATION)
+            return Motion.NONE
         motion, self.motion = self.motion, Motion.NONE
-        if motion is Motion.HOMING and not self.stalled:
+        if homed:
             self._zero_rad = self._target_rad
         return motion
 
@@ -97,7 +103,7 @@ class Motor:
             self._zero_rad = self._angle_rad()
             return True
         here_rad = self._mechanism.angle_at(_now_s())
-        above_rad = math.remainder(here_rad, 2 * math.pi)
+        above_rad = self._mechanism.past_mark_rad(_now_s())
         if abs(above_rad) > _AT_MARK_RAD:
             above_rad %= 2 * math.pi
             above_rad -= 2 * math.pi if method == INDEX_ABOVE else 0.0
@@ -122,6 +128,11 @@ class Motor:
         self.motion, self._target_rad = motion, target_rad
         speed_rad_s, acceleration_rad_s2 = self._rad_s(speed), self._rad_s(acceleration)
         self._mechanism.move_to(target_rad, speed_rad_s, acceleration_rad_s2, _now_s())
+
+    def _mark_moved_rad(self) -> float:
+        now_s = _now_s()
+        mark_rad = self._mechanism.angle_at(now_s) - self._mechanism.past_mark_rad(now_s)
+        return math.remainder(mark_rad - self._target_rad, 2 * math.pi)
 
     def _angle_rad(self) -> float:
         now_s = _now_s()

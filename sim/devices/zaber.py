@@ -165,12 +165,15 @@ class SimulatedZaber:
                 raise _RejectedError(Rejection.BADCOMMAND)
 
     def _move(self, kind: str, data: list[str]) -> None:
-        """Start ``move abs|rel|index|vel n`` or ``move max|min``."""
+        """Start ``move abs|rel|index|vel n``, ``move abs n speed`` or ``move max|min``."""
         settings, here = self._axis.settings, self._axis.position
         lowest, highest = settings["limit.min"], settings["limit.max"]
         match kind, data:
             case "abs", [value]:
                 self._turn_to(_number(value, lowest, highest))
+            case "abs", [value, speed]:  # since firmware 7.25
+                position = _number(value, lowest, highest)
+                self._turn_to(position, _number(speed, *_RANGES["maxspeed"]))
             case "rel", [value]:
                 self._turn_to(here + _number(value, lowest - here, highest - here))
             case "index", [value]:

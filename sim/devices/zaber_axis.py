@@ -91,7 +91,7 @@ class Axis:
         """Begin to turn to the reference mark."""
         here_rad = self._mechanism.angle_at(_now_s())
         self._homing = True
-        reference_rad = here_rad - math.remainder(here_rad, 2 * math.pi)
+        reference_rad = here_rad - self._mechanism.past_mark_rad(_now_s())
         self._begin(reference_rad, self.settings["limit.approach.maxspeed"])
 
     def stop(self) -> None:
@@ -113,6 +113,9 @@ class Axis:
         """Draw the consequences once a motion has ended; return whether one just has."""
         if not self._moving or _now_s() < self._mechanism.end_s:
             return False
+        if self._homing and not self._mechanism.stalled and self._mark_has_moved():
+            self.home()  # the plate has slipped meanwhile: the mark is still to come
+            return False
         self._moving = False
         if self._mechanism.stalled:
             self._warnings.add(_STALLED)
@@ -121,6 +124,12 @@ class Axis:
             self._warnings.discard(NO_REFERENCE)
         self._homing = False
         return True
+
+    def _mark_has_moved(self) -> bool:
+        now_s = _now_s()
+        mark_rad = self._mechanism.angle_at(now_s) - self._mechanism.past_mark_rad(now_s)
+        off_rad = math.remainder(mark_rad - (self._target_rad or 0.0), 2 * math.pi)
+        return abs(off_rad) > _IN_POSITION_RAD
 
     def _begin(self, target_rad: float, speed_data: int) -> None:
         self._warnings.discard(_INTERRUPTED)

@@ -2,13 +2,17 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from itertools import groupby
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from drivers.errors import LinkTimeoutError
+from drivers.errors import LinkTimeoutError, TransportError
+from drivers.interfaces import CanFrame, Transport
+from drivers.links.memory_can import MemoryBus
 from sim.clock import run_virtual
-from sim.faults import FaultyWire
+from sim.faults import FaultyTap, FaultyWire
 
 
 class Far:
@@ -167,3 +171,87 @@ def test_a_silent_wire_carries_nothing_either_way_until_it_is_mended() -> None:
         assert (await wire.link.read(1.0)).data == b"data"
 
     on_a_wire(scenario)
+
+
+def test_bytes_are_doubled_with_the_stated_probability_beside_themselves() -> None:
+    async def scenario(wire: FaultyWire, far: Far) -> None:
+        wire.faults.duplicate_per_byte = 0.01
+        far.send(RAMP)
+        arrived = np.frombuffer((await wire.link.read(0.1)).data, np.uint8).astype(np.int64)
+        steps = np.diff(arrived) % 250
+        assert len(arrived) - TRIALS == count_of(0.01, TRIALS) == np.count_nonzero(steps == 0)
+        assert set(steps.tolist()) == {0, 1}
+
+    on_a_wire(scenario)
+
+
+def test_a_burst_that_is_repeated_comes_twice_whole() -> None:
+    async def scenario(wire: FaultyWire, far: Far) -> None:
+        wire.faults.repeat_per_burst = 0.5
+        for _ in range(1000):
+            far.send(b"ab")
+        arrived = await everything(wire)
+        assert arrived == b"ab" * (len(arrived) // 2)
+        assert len(arrived) // 2 - 1000 == count_of(0.5, 1000)
+
+    on_a_wire(scenario)
+
+
+def test_a_cable_that_is_pulled_out_fails_the_link_until_it_is_opened_again() -> None:
+    async def scenario(wire: FaultyWire, far: Far) -> None:
+        reading = asyncio.create_task(wire.link.read(1.0))
+        await asyncio.sleep(0.1)
+        wire.unplug()
+        with pytest.raises(TransportError, match="sim:gyro is gone; check its cable"):
+            await reading
+        with pytest.raises(TransportError, match="is gone"):
+            await wire.link.open()
+        wire.plug_in()
+        with pytest.raises(TransportError, match="is gone"):
+            await wire.link.write(b"command")
+        await wire.link.open()
+        far.send(b"data")
+        assert (await wire.link.read(1.0)).data == b"data"
+
+    on_a_wire(scenario)
+
+
+class Node:
+    """A node on a bus that sends what a test tells it."""
+
+    transport: ClassVar[Transport] = "can"
+
+    def connect(self, send: Callable[[CanFrame], None]) -> None:
+        self.send = send
+
+    def wants(self, frame: CanFrame) -> bool:
+        return frame.remote
+
+    def receive_frame(self, frame: CanFrame) -> None:
+        raise AssertionError(frame)
+
+    async def run(self) -> None:
+        """It lives by what the test does."""
+
+
+@pytest.mark.parametrize(
+    ("faults", "per_frame"),
+    [({"duplicate_per_byte": 0.01}, 1 - 0.99**8), ({"repeat_per_burst": 0.1}, 0.1)],
+)
+def test_a_frame_that_is_sent_again_comes_twice_whole(
+    faults: dict[str, float], per_frame: float
+) -> None:
+    async def session() -> None:
+        bus, node, heard = MemoryBus("sim:can"), Node(), list[CanFrame]()
+        bus.attach(heard.append)
+        tap = FaultyTap(bus, node, np.random.default_rng(1))
+        for name, value in faults.items():
+            setattr(tap.faults, name, value)
+        sent = [CanFrame(0x120, count.to_bytes(8, "little")) for count in range(2000)]
+        for frame in sent:
+            node.send(frame)
+        assert len(heard) - len(sent) == count_of(per_frame, len(sent))
+        assert [frame for frame, _ in groupby(heard)] == sent
+        assert bus.error_frames == 0
+
+    run_virtual(session())

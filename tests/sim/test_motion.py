@@ -240,3 +240,56 @@ def test_a_plate_is_told_to_rest_only_once_its_angle_no_longer_changes_in_the_la
     assert all(angle_rad == resting[-1] for angle_rad in resting[first:])
     move(table, 2.0, now_s=10.0)
     assert table.resting_rad(10.0) is None
+
+
+def test_a_plate_that_slips_stands_elsewhere_and_the_encoder_does_not_see_it() -> None:
+    table = plate()
+    move(table, 1.0)
+    table.slip_by(-0.1, now_s=0.3)
+    for now_s in (0.2, 0.3):
+        assert table.angle_rad(np.array(now_s)) == pytest.approx(table.angle_at(now_s))
+    at_rest_s = table.end_s + 5.0
+    assert table.angle_at(at_rest_s) == pytest.approx(1.0, abs=NANORADIAN)
+    assert table.angle_rad(np.array(at_rest_s)) == pytest.approx(0.9, abs=NANORADIAN)
+    assert table.resting_rad(at_rest_s) == pytest.approx(0.9, abs=NANORADIAN)
+    assert table.slipped_rad == pytest.approx(-0.1)
+
+
+def test_a_slip_is_a_turn_that_a_gyro_can_follow() -> None:
+    table = plate()
+    table.slip_by(0.1, now_s=1.0)
+    assert table.resting_rad(1.01) is None
+    times_s = np.linspace(0.9, 1.2, 301)
+    turned = np.diff(table.angle_rad(times_s))
+    assert np.all(turned >= 0.0)
+    assert turned.sum() == pytest.approx(0.1)
+    assert np.max(turned) / 0.001 < math.radians(200)
+
+
+def test_a_table_that_slips_every_move_stays_behind_the_motor_both_ways() -> None:
+    table = plate()
+    table.slip_every_move_by(0.01)
+    for step, angle_rad in enumerate((1.0, 2.0, 3.0)):
+        move(table, angle_rad, now_s=10.0 * step)
+    assert table.slipped_rad == pytest.approx(-0.03)
+    move(table, 2.0, now_s=30.0)
+    assert table.slipped_rad == pytest.approx(-0.02)
+    move(table, 2.0, now_s=40.0)  # it is there already
+    assert table.slipped_rad == pytest.approx(-0.02)
+    table.slip_every_move_by(0.0)
+    move(table, 1.0, now_s=50.0)
+    assert table.slipped_rad == pytest.approx(-0.02)
+
+
+def test_many_slips_add_up_long_after() -> None:
+    table = plate()
+    for step in range(100):
+        table.slip_by(0.01, now_s=float(step))
+    assert table.slipped_rad == pytest.approx(1.0)
+    assert table.angle_rad(np.array([200.0])) == pytest.approx(1.0)
+
+
+def test_the_mark_goes_with_the_plate() -> None:
+    table = plate(6.0)
+    table.slip_by(0.5, now_s=0.0)
+    assert table.past_mark_rad(1.0) == pytest.approx(6.5 - 2 * math.pi)

@@ -3,6 +3,7 @@
 import asyncio
 import math
 import sys
+import time
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -62,6 +63,18 @@ def test_it_homes_moves_and_reads_positions_and_settings() -> None:
     assert positions == [0.0, 12 * DEGREE, -9 * DEGREE]
     assert cycle == MICROSTEPS_PER_TURN
     assert table.angle_at(1e9) == pytest.approx(math.radians(-9), abs=1e-4)
+
+
+def test_it_turns_at_a_speed_given_with_the_move() -> None:
+    def use(_: Connection, axis: Axis) -> tuple[float, float]:
+        axis.home()
+        begin_s = time.monotonic()
+        axis.move_absolute(12 * DEGREE, velocity=round(24 * DEGREE * 1.6384))  # 24 deg/s, native
+        return time.monotonic() - begin_s, axis.get_position()
+
+    lasted_s, position = with_client(plate(0.0), use)
+    assert position == 12 * DEGREE
+    assert lasted_s >= 12 / 24  # at its own speed of 120 deg/s, less than 0.4 s
 
 
 def test_it_stops_a_move_under_way() -> None:
