@@ -8,6 +8,7 @@ from click.exceptions import NoArgsIsHelpError
 from drivers.errors import DriverError
 from northfinder.cli.attitude import align, hold, noise_command
 from northfinder.cli.bench import bench
+from northfinder.cli.campaign import campaign
 from northfinder.cli.runs import runs
 from northfinder.cli.seek import plan_command, seek
 from northfinder.cli.serve import serve
@@ -41,6 +42,7 @@ _COMMANDS = (
     study,
     runs,
     bench,
+    campaign,
 )
 for command in _COMMANDS:
     cli.add_command(command)
