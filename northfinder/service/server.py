@@ -16,6 +16,7 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from northfinder.errors import ConfigError, NorthfinderError
+from northfinder.service.patience import ImpatientProtocol
 
 _LOG = logging.getLogger(__name__)
 
@@ -95,7 +96,7 @@ def run(
     """
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=ImpatientProtocol,
         ws="none",
         lifespan="on",
         log_config=None,  # `logs` has set it up

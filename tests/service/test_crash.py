@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.evidence import Record
 from tests.service.process import (
     LONG,
     JsonObject,
@@ -72,7 +73,7 @@ def test_only_the_own_rigs_run_is_interrupted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
 def test_an_orderly_end_stops_the_table_first_and_leaves_the_run_interrupted(
-    tmp_path: Path, how: signal.Signals
+    tmp_path: Path, how: signal.Signals, record_property: Record
 ) -> None:
     """With open streams it takes less than 3 s; `serving` looks for tracebacks in the log."""
     seen: list[str] = []
@@ -91,6 +92,7 @@ def test_an_orderly_end_stops_the_table_first_and_leaves_the_run_interrupted(
         listener.join(10.0)
         code = service.process.wait(10.0)
         took_s = time.monotonic() - begun_s
+    record_property("measured", f"{how.name}: gone after {took_s:.1f} s")
     assert (took_s < 3.0, code) == (True, 0 if how == signal.SIGTERM else 130)
     assert seen == ["queued", "running", "interrupted"]
     with stored(tmp_path) as records:

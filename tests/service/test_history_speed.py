@@ -13,6 +13,7 @@ from sqlalchemy import Table, insert, select
 
 from northfinder.records import Records
 from northfinder.records.tables import RunRow
+from tests.evidence import Record
 from tests.service.process import ServiceProcess, serving, wait_until_ready
 
 PLAN = {"kind": "north-seek", "positions": 24, "dwell_s": 1, "settle_s": 0.1}
@@ -83,10 +84,13 @@ def test_the_history_of_a_thousand_runs_comes_at_once(tmp_path: Path, url: str) 
 
 @pytest.mark.proof
 @pytest.mark.timeout(600)
-def test_the_history_of_ten_thousand_runs_comes_within_30_ms(tmp_path: Path, url: str) -> None:
+def test_the_history_of_ten_thousand_runs_comes_within_30_ms(
+    tmp_path: Path, url: str, record_property: Record
+) -> None:
     with service_with(tmp_path, url, 10_000) as (service, ids):
         for name, paths in requests(ids).items():
             p50_ms, p99_ms = np.percentile(latencies_ms(service, paths, 1000), [50, 99])
             kind = url.partition(":")[0]
-            print(f"{kind}, {name}: median {p50_ms:.1f} ms, p99 {p99_ms:.1f} ms")  # noqa: T201 -- for the proof
+            told = f"{kind}, {name}: median {p50_ms:.1f} ms, 99 of 100 within {p99_ms:.1f} ms"
+            record_property("measured", told)
             assert p99_ms < ALLOWED_MS, name

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, Phase, settings
 from schemathesis.config import SchemathesisConfig
 from schemathesis.generation.modes import GenerationMode
 
+from tests.evidence import Record
 from tests.service.openapi import COMMITTED
 from tests.service.process import LONG, SHORT, ServiceProcess
 
@@ -120,6 +121,7 @@ def test_every_answer_of_two_thousand_is_a_documented_one(case: Case, stage: Sta
 
 
 @pytest.mark.proof
-def test_two_thousand_were_asked(stage: Stage) -> None:
+def test_two_thousand_were_asked(stage: Stage, record_property: Record) -> None:
     """After the test above, of which pytest makes one for each operation."""
+    record_property("measured", f"{stage.asked} asked")
     assert stage.asked >= LEAST_EXAMPLES
