@@ -2,7 +2,9 @@
 # make test       lint, types, import contracts and every test; what CI runs
 # make test-quick the tests that need neither browser nor PostgreSQL, without slow and timed ones
 # make check      lint, types, import contracts only
-# make proof      the long forms: 60 s loads, kills, large statistics, fresh environments
+# make soak       half an hour of a technician's work: nothing lost, memory flat
+# make proof      the long forms: 60 s loads, kills, large statistics, fresh environments, the soak;
+#                 writes docs/proof.md
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -12,7 +14,13 @@ PYTEST := $(BIN)/python -m pytest
 PURE := tests/codecs tests/estimators tests/attitude tests/alignment
 PURE_ROOMS := drivers/codecs/*,northfinder/estimators/*,northfinder/attitude/*,northfinder/alignment/*
 
-.PHONY: serve test test-quick check proof clean system-packages
+# What the long forms measured, each step's into a file of its own; docs/proof.md is made of them.
+PROOF := build/proof
+NAMED = $(shell $(BIN)/python -m northfinder.proof.document --named-tests)
+TIMED = bash -c 'TIMEFORMAT="$@ took %0lR"; time "$$@"' timed
+
+.PHONY: serve test test-quick check proof soak clean system-packages
+.PHONY: proof-bench proof-long proof-named proof-speed proof-can proof-document
 
 serve: .venv/installed
 	$(BIN)/northfinder serve
@@ -35,10 +43,34 @@ check: .venv/installed-dev
 	$(BIN)/mypy --platform win32
 	$(BIN)/lint-imports
 
+# Every step runs although an earlier one failed, and each alone: they measure durations.
 proof: .venv/installed-dev system-packages
-	$(BIN)/northfinder bench --require
-	$(PYTEST) -m proof
-	tests/vcan/run $(PYTEST) -m proof tests/can
+	rm -rf $(PROOF)
+	mkdir -p $(PROOF)
+	$(MAKE) --keep-going --jobs=1 proof-bench proof-long proof-named proof-speed proof-can soak proof-document
+
+proof-bench:
+	$(TIMED) $(BIN)/northfinder bench --require --json $(PROOF)/bench.json
+
+proof-long:
+	$(TIMED) $(PYTEST) -m proof --junitxml $(PROOF)/long.xml
+
+proof-named:
+	$(TIMED) $(PYTEST) -m "not proof and not speed" --junitxml $(PROOF)/named.xml $(filter-out tests/can/%,$(NAMED))
+
+proof-speed:
+	$(TIMED) $(PYTEST) -m "speed and not proof" --junitxml $(PROOF)/speed.xml $(filter-out tests/can/%,$(NAMED))
+
+proof-can:
+	$(TIMED) tests/vcan/run $(PYTEST) --junitxml $(PROOF)/can.xml $(filter tests/can/%,$(NAMED))
+
+proof-document:
+	$(BIN)/python -m northfinder.proof.document --machine --require \
+		--bench $(addprefix $(PROOF)/,bench.json soak.json) \
+		--tests $(addprefix $(PROOF)/,long.xml named.xml speed.xml can.xml)
+
+soak: .venv/installed-dev
+	$(TIMED) $(BIN)/python -m northfinder.proof.soak --minutes 30 --json $(PROOF)/soak.json
 
 system-packages:
 	tests/install-system-packages

@@ -13,6 +13,7 @@ class Figure:
         unit: Of value and bounds.
         least: The value may not be below.
         most: The value may not be above.
+        limit: What physics or the machine allows at most, and how near to it this is.
     """
 
     name: str
@@ -20,6 +21,7 @@ class Figure:
     unit: str
     least: float | None
     most: float | None
+    limit: str = ""
 
     @property
     def met(self) -> bool:
@@ -31,7 +33,13 @@ class Figure:
     def required(self) -> str:
         """Return the promise in words."""
         if self.least is None:
-            return f"at most {self.most:,g}"
-        return (
-            f"at least {self.least:,g}" if self.most is None else f"{self.least:g} .. {self.most:g}"
-        )
+            return "nothing promised" if self.most is None else f"at most {readable(self.most)}"
+        if self.most is None:
+            return f"at least {readable(self.least)}"
+        return f"{readable(self.least)} .. {readable(self.most)}"
+
+
+def readable(value: float) -> str:
+    """Write a number with four digits; from 10 000 on whole, in groups of three."""
+    whole = abs(value) >= 1e4
+    return f"{value:,.0f}".replace(",", " ") if whole else f"{value:.4g}"

@@ -55,6 +55,26 @@ class HttpConnection:
                     number = _NUMBER.search(event)
                     yield int(number[1]) if number else None
 
+    async def size_of(self, path: str) -> int:
+        """Fetch what is no JSON, and return how many bytes it has.
+
+        Raises:
+            RuntimeError: The answer is an error, or empty.
+        """
+        async with self._turn, asyncio.timeout(_ANSWER_S):
+            status, headers = await self._begin("GET", path, None)
+            size = 0
+            if "content-length" in headers:
+                reader, _ = await self._opened()
+                size = len(await reader.readexactly(int(headers["content-length"])))
+            else:
+                while chunk := await self._chunk():
+                    size += len(chunk)
+        if status != 200 or size == 0:
+            msg = f"GET {path} was answered with {status} and {size} bytes"
+            raise RuntimeError(msg)
+        return size
+
     def close(self) -> None:
         """Close the connection."""
         if self._streams is not None:

@@ -1,8 +1,10 @@
 """A minute of both sensors at full rate through real pseudo-terminals, in wall time."""
 
 import asyncio
+import tempfile
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 from drivers.interfaces import InertialSensor
 from drivers.kvh import Kvh
@@ -26,19 +28,24 @@ def serial_load(duration_s: float = 60.0) -> Iterator[Figure]:
 
 
 async def _load(duration_s: float) -> tuple[int, float]:
-    async with simulated_instruments() as links:
-        sensors: list[InertialSensor] = [
-            await driver(SerialLink(links[role], driver.baudrate)).open()
-            for role, driver in _SENSORS.items()
-        ]
-        try:
-            start_s, start_cpu_s = time.perf_counter(), time.process_time()
-            counts = await asyncio.gather(*(count_lost(sensor, duration_s) for sensor in sensors))
-            elapsed_s = time.perf_counter() - start_s
-            share = (time.process_time() - start_cpu_s) / elapsed_s
-        finally:
-            for sensor in sensors:
-                await sensor.close()
+    with tempfile.TemporaryDirectory() as folder:
+        async with simulated_instruments(Path(folder)) as links:
+            return await _read(links, duration_s)
+
+
+async def _read(links: dict[str, str], duration_s: float) -> tuple[int, float]:
+    sensors: list[InertialSensor] = [
+        await driver(SerialLink(links[role], driver.baudrate)).open()
+        for role, driver in _SENSORS.items()
+    ]
+    try:
+        start_s, start_cpu_s = time.perf_counter(), time.process_time()
+        counts = await asyncio.gather(*(count_lost(sensor, duration_s) for sensor in sensors))
+        elapsed_s = time.perf_counter() - start_s
+        share = (time.process_time() - start_cpu_s) / elapsed_s
+    finally:
+        for sensor in sensors:
+            await sensor.close()
     return sum(counts), share
 
 

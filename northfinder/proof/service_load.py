@@ -49,9 +49,11 @@ def service_load(
     run, rig, seen = asyncio.run(_measure(duration_s, subscribers, requests_per_s))
     under = f"{duration_s:g} s, {subscribers} subscribers, {requests_per_s:g} requests/s"
     p99_ms = 1e3 * float(np.percentile(seen.latency_s, 99))
-    yield Figure(f"{under}: samples lost", float(_lost(run, rig)), "samples", None, 0.0)
+    yield Figure(f"{under}: samples lost", float(lost_in(run) + lost_by(rig)), "samples", None, 0.0)
     yield Figure(f"{under}: 99 of 100 GETs", p99_ms, "ms", None, 100.0)
-    yield Figure(f"{under}: events missed", float(_missed(run, seen)), "events", None, 0.0)
+    yield Figure(
+        f"{under}: events missed", float(missed_events(run, seen.numbers)), "events", None, 0.0
+    )
 
 
 async def _measure(
@@ -60,22 +62,19 @@ async def _measure(
     """Return the run, the rig and what was seen."""
     with tempfile.TemporaryDirectory() as folder:
         async with (
-            simulated_instruments() as links,
-            service_of(links, Path(folder)) as port,
+            simulated_instruments(Path(folder)) as links,
+            service_of(links, Path(folder)) as (port, _),
             asyncio.timeout(duration_s + 120.0),
         ):
             with closing(HttpConnection(port)) as client:
-                await _ready(client)
+                await wait_until_ready(client)
                 plan = await _plan(client, duration_s)
                 run_id = (await client.ask("POST", f"{_API}/runs", plan))["run_id"]
             run = f"{_API}/runs/{run_id}"
             seen = await _bear(port, run, subscribers, requests_per_s)
             with closing(HttpConnection(port)) as client:
                 ended, rig = await client.ask("GET", run), await client.ask("GET", f"{_API}/rig")
-    if ended["state"] != "completed":
-        msg = f"the run under load is {ended['state']}: {ended['error']}"
-        raise RuntimeError(msg)
-    return ended, rig, seen
+    return completed(ended), rig, seen
 
 
 async def _bear(port: int, run: str, subscribers: int, requests_per_s: float) -> _Seen:
@@ -83,8 +82,10 @@ async def _bear(port: int, run: str, subscribers: int, requests_per_s: float) ->
     seen = _Seen([], [[] for _ in range(subscribers)], [0] * _WATCHERS)
     async with asyncio.TaskGroup() as group:
         come = asyncio.Semaphore(0)
-        listening = [group.create_task(_listen(port, run, come, each)) for each in seen.numbers]
-        others = [group.create_task(_watch(port, seen.looks, n)) for n in range(_WATCHERS)]
+        listening = [
+            group.create_task(listen_to_run(port, run, come, each)) for each in seen.numbers
+        ]
+        others = [group.create_task(watch_rig(port, seen.looks, n)) for n in range(_WATCHERS)]
         for _ in listening:
             await come.acquire()
         others.append(group.create_task(_ask(port, run, requests_per_s, seen.latency_s)))
@@ -94,13 +95,45 @@ async def _bear(port: int, run: str, subscribers: int, requests_per_s: float) ->
     return seen
 
 
-async def _ready(client: HttpConnection) -> None:
+async def wait_until_ready(client: HttpConnection) -> None:
+    """Wait until the rig is open.
+
+    Raises:
+        RuntimeError: It is not, half a minute later.
+    """
     deadline_s = time.monotonic() + _READY_S
     while (rig := await client.ask("GET", f"{_API}/rig"))["state"] != "ready":
         if time.monotonic() > deadline_s:
             msg = f"the rig is {rig['state']} after {_READY_S:g} s: {rig['detail']}"
             raise RuntimeError(msg)
         await asyncio.sleep(0.1)
+
+
+async def run_to_its_end(
+    client: HttpConnection, plan: JsonObject, within_s: float = 60.0
+) -> JsonObject:
+    """Carry out a plan and return the run.
+
+    Raises:
+        RuntimeError: It did not complete.
+    """
+    run = f"{_API}/runs/{(await client.ask('POST', f'{_API}/runs', plan))['run_id']}"
+    async with asyncio.timeout(within_s):
+        async for _ in client.follow(f"{run}/events"):
+            pass
+    return completed(await client.ask("GET", run))
+
+
+def completed(run: JsonObject) -> JsonObject:
+    """Return a run that is completed.
+
+    Raises:
+        RuntimeError: It is not; its reason.
+    """
+    if run["state"] != "completed":
+        msg = f"the run is {run['state']}: {run['error']}"
+        raise RuntimeError(msg)
+    return run
 
 
 async def _plan(client: HttpConnection, duration_s: float) -> JsonObject:
@@ -111,7 +144,7 @@ async def _plan(client: HttpConnection, duration_s: float) -> JsonObject:
     return {**plan, "dwell_s": 0.2 + max(0.0, duration_s - shortest_s) / positions}
 
 
-async def _listen(port: int, run: str, come: asyncio.Semaphore, numbers: list[int]) -> None:
+async def listen_to_run(port: int, run: str, come: asyncio.Semaphore, numbers: list[int]) -> None:
     """Note the numbers of a run's events; say when the first has come."""
     with closing(HttpConnection(port)) as connection:
         async for number in connection.follow(f"{run}/events"):
@@ -120,7 +153,8 @@ async def _listen(port: int, run: str, come: asyncio.Semaphore, numbers: list[in
             numbers.append(number or 0)
 
 
-async def _watch(port: int, looks: list[int], which: int) -> None:
+async def watch_rig(port: int, looks: list[int], which: int) -> None:
+    """Count how often the rig is seen, in its place among those of all watchers."""
     with closing(HttpConnection(port)) as connection:
         async for _ in connection.follow(f"{_API}/rig/events"):
             looks[which] += 1
@@ -147,20 +181,22 @@ async def _time(
     latency_s.append(time.perf_counter() - due_s)
 
 
-def _lost(run: JsonObject, rig: JsonObject) -> int:
-    """Return what did not come, by the visits and by the devices' counters."""
-    by_visits: int = sum(visit["lost"] for visit in run["result"]["visits"])
+def lost_in(run: JsonObject) -> int:
+    """Return how many samples a run's visits lack."""
+    return sum(visit["lost"] for visit in run["result"]["visits"])
+
+
+def lost_by(rig: JsonObject) -> int:
+    """Return how many samples did not come whole, by the devices' counters."""
     counters = [device["counters"] for device in rig["devices"]]
-    by_counters: int = sum(each["lost"] + each["crc_errors"] for each in counters)
-    return by_visits + by_counters
+    return sum(each["lost"] + each["crc_errors"] for each in counters)
 
 
-def _missed(run: JsonObject, seen: _Seen) -> int:
-    """Return how many events a subscriber did not see, or not once and in their order."""
+def missed_events(run: JsonObject, seen: list[list[int]]) -> int:
+    """Return how many events the subscribers did not see, or not once and in their order."""
     whole = list(range(1, run["last_seq"] + 1))
     return sum(
-        max(len(whole), len(numbers)) - _common_beginning(whole, numbers)
-        for numbers in seen.numbers
+        max(len(whole), len(numbers)) - _common_beginning(whole, numbers) for numbers in seen
     )
 
 

@@ -28,6 +28,7 @@ from tests.alignment.bases import (
     paper_like,
     stream,
 )
+from tests.evidence import Record
 
 SEEDS = 8
 EVERY_METHOD = pytest.mark.parametrize(
@@ -102,12 +103,18 @@ def test_the_attitude_is_that_of_the_streams_end_while_the_base_turns() -> None:
 
 
 @pytest.mark.parametrize(("preset", "limit_arcmin"), [(nominal, 1.8), (paper_like, 2.0)])
-def test_the_taper_needs_no_warm_up(preset: Preset, limit_arcmin: float) -> None:
+def test_the_taper_needs_no_warm_up(
+    preset: Preset, limit_arcmin: float, record_property: Record
+) -> None:
     """Cold, 120 s, 20 seeds, against the equilibrium that shares the biases."""
     records = [stream(preset, seed) for seed in range(20)]
     errors = np.array([x.from_shared_equilibrium(x.align("quest-taper")) for x in records])
-    assert np.abs(errors[:, 2]).mean() < limit_arcmin * ARCMIN
-    assert np.hypot(errors[:, 0], errors[:, 1]).mean() < 4.0 * ARCSEC
+    heading_rad, level_rad = np.abs(errors[:, 2]), np.hypot(errors[:, 0], errors[:, 1])
+    told = f"heading {heading_rad.mean() / ARCMIN:.2f}' (at most {heading_rad.max() / ARCMIN:.1f}')"
+    name = preset.__name__.replace("_", "-")
+    record_property("measured", f'{name}: {told}, level {level_rad.mean() / ARCSEC:.1f}"')
+    assert heading_rad.mean() < limit_arcmin * ARCMIN
+    assert level_rad.mean() < 4.0 * ARCSEC
     published = [x.from_shared_equilibrium(x.align("quest"))[2] for x in records]
     assert np.abs(published).mean() > 4.0 * np.abs(errors[:, 2]).mean()
 
@@ -121,24 +128,29 @@ def test_warm_the_papers_quest_is_good() -> None:
     assert np.abs(errors).mean() < 1.5 * ARCMIN
 
 
-def test_warm_the_base_shakes_optimized_triad_more_than_quest() -> None:
+def test_warm_the_base_shakes_optimized_triad_more_than_quest(record_property: Record) -> None:
     """Perfect sensors leave what the base does to each: measured 6 times as much."""
     records = [stream(paper_like, seed, 240.0, PERFECT) for seed in range(SEEDS)]
     quest, triad = (
         np.mean([abs(x.error(x.align(method, 120.0))[2]) for x in records])
         for method in ("quest", "optimized-triad")
     )
+    record_property("measured", f"{triad / quest:.1f} times with perfect sensors")
     assert triad > 2.5 * quest
 
 
 @pytest.mark.proof
-def test_warm_optimized_triad_errs_several_times_as_much_as_quest() -> None:
+def test_warm_optimized_triad_errs_several_times_as_much_as_quest(
+    record_property: Record,
+) -> None:
     """With the sensors' noise, which both share; of 20 seeds the ratio is 2.4 to 3.7."""
     records = [stream(paper_like, seed, 240.0) for seed in range(100)]
     quest, triad = (
         np.mean([abs(x.from_shared_equilibrium(x.align(method, 120.0))[2]) for x in records])
         for method in ("quest", "optimized-triad")
     )
+    told = f"{quest / ARCMIN:.2f}'; {triad / quest:.2f} times over 100 seeds"
+    record_property("measured", told)
     assert triad > 2.5 * quest
     assert quest < 1.5 * ARCMIN
 

@@ -25,6 +25,7 @@ from tests.alignment.bases import (
     paper_like,
     stream,
 )
+from tests.evidence import Record
 
 
 def noise_rad(limits: Limits) -> float:
@@ -159,7 +160,9 @@ def test_the_interval_covers_the_truth(preset: Preset) -> None:
 @pytest.mark.proof
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("preset", [at_rest, nominal, paper_like])
-def test_the_interval_covers_the_truth_as_often_as_it_says(preset: Preset) -> None:
+def test_the_interval_covers_the_truth_as_often_as_it_says(
+    preset: Preset, record_property: Record
+) -> None:
     """200 draws: the taper cold, the paper's two warm."""
     inside = []
     for seed in range(1000, 1200):
@@ -167,6 +170,8 @@ def test_the_interval_covers_the_truth_as_often_as_it_says(preset: Preset) -> No
         cold = covers(record.later(120.0), "quest-taper")
         inside.append([cold, *(covers(record, name, 120.0) for name in ("quest", "triad"))])
     share = np.mean(inside, axis=0)
+    told = ", ".join(f"{100 * each:.1f}" for each in share)
+    record_property("measured", f"{preset.__name__.replace('_', '-')}: {told} %")
     assert share.min() >= 0.90
     assert share.max() <= 0.99
 

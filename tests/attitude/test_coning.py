@@ -11,6 +11,7 @@ from northfinder.attitude.coning import MethodOptions
 from northfinder.attitude.extraction import polynomial_weights
 from northfinder.attitude.rotation_vectors import SCHEMES, Kind, rotation_vectors
 from tests.attitude.motions import DEG, DEG_PER_HOUR, Array, angle_between, rotation
+from tests.evidence import Record
 
 CONE = ConingMotion(1.0 * DEG, 16.0 * np.pi)
 H_S = 0.010
@@ -51,10 +52,17 @@ def drift_deg_h(
         ("functional", 2, {"kind": "increments", "n": 10}, -7e-7, 0.05),
     ],
 )
-def test_each_method_drifts_as_far_as_theory_says(
-    method: str, samples: int, options: dict[str, Any], expected_deg_h: float, within: float
+def test_each_method_drifts_as_far_as_theory_says(  # noqa: PLR0917 (a row of figures)
+    method: str,
+    samples: int,
+    options: dict[str, Any],
+    expected_deg_h: float,
+    within: float,
+    record_property: Record,
 ) -> None:
     drift = drift_deg_h(method, H_S / samples, **options)
+    told = " ".join([method, *map(str, options.values())])
+    record_property("measured", f"{told}: {drift:+.4g} deg/h")
     assert drift == pytest.approx(expected_deg_h, rel=within)
 
 
@@ -81,11 +89,12 @@ def test_the_papers_three_rate_parabola_gives_three_samples_what_it_gave() -> No
     [("rate-vector", 3.9, 4.1), ("rate-vector-optimal", 5.8, 6.2), ("rk4", 3.9, 4.1)],
 )
 def test_the_drift_falls_with_the_power_of_the_update(
-    method: str, least: float, most: float
+    method: str, least: float, most: float, record_property: Record
 ) -> None:
     """At a small cone: the terms in p^4 have another power."""
     cone = ConingMotion(0.1 * DEG, 16.0 * np.pi)
     long, short = (coning_drift_rad_s(cone, dt, method) for dt in (0.005, 0.0025))
+    record_property("measured", f"{method}: {np.log2(long / short):.2f}")
     assert least <= np.log2(long / short) <= most
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from northfinder.attitude import integrate
 from tests.attitude.motions import ARCSEC, Array, Swinging, rotation
+from tests.evidence import Record
 
 
 def largest_errors_arcsec(rate_hz: float, beta: float) -> Array:
@@ -23,9 +24,10 @@ def largest_errors_arcsec(rate_hz: float, beta: float) -> Array:
     [(200.0, [217.4, 190.0, 198.0]), (1000.0, [43.5, 38.0, 39.7])],
 )
 def test_without_correction_the_rate_held_over_the_interval_errs(
-    rate_hz: float, expected_arcsec: list[float]
+    rate_hz: float, expected_arcsec: list[float], record_property: Record
 ) -> None:
     errors = largest_errors_arcsec(rate_hz, beta=0.0)
+    record_property("measured", f'uncorrected at {rate_hz:g} Hz: {errors.max():.1f}"')
     assert errors == pytest.approx(expected_arcsec, rel=0.02)
 
 
@@ -34,8 +36,9 @@ def test_without_correction_the_rate_held_over_the_interval_errs(
     [(200.0, [0.054, 0.044, 0.012], 0.06), (1000.0, [0.0022, 0.0018, 0.0005], 0.0025)],
 )
 def test_half_the_last_change_corrects_it(
-    rate_hz: float, expected_arcsec: list[float], limit_arcsec: float
+    rate_hz: float, expected_arcsec: list[float], limit_arcsec: float, record_property: Record
 ) -> None:
     errors = largest_errors_arcsec(rate_hz, beta=-0.5)
+    record_property("measured", f'corrected at {rate_hz:g} Hz: {errors.max():.2g}"')
     assert errors.max() <= limit_arcsec
     assert errors == pytest.approx(expected_arcsec, rel=0.1)

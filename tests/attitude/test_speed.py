@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from northfinder.attitude import integrate
 from northfinder.attitude.kernels import integrate_compiled
 from tests.attitude.motions import Array
+from tests.evidence import Record
 
 DT_S = 0.005
 UPDATES = 1_000_000
@@ -49,7 +50,7 @@ def test_the_bulk_scan_is_twenty_times_as_fast_as_scipys_rotations_in_a_loop() -
 
 
 @pytest.mark.speed
-def test_compiled_it_is_several_times_as_fast_as_pyins() -> None:
+def test_compiled_it_is_several_times_as_fast_as_pyins(record_property: Record) -> None:
     """From rates to attitudes, as pyins does it: rotation vectors, then its compiled loop."""
     pandas, strapdown = import_module("pandas"), import_module("pyins.strapdown")
     util, compiled = import_module("pyins.util"), import_module("pyins._numba_integrate")
@@ -65,16 +66,24 @@ def test_compiled_it_is_several_times_as_fast_as_pyins() -> None:
         theta, gained = made[:, 1:4].copy(), made[:, 4:].copy()
         compiled.integrate(made[:, 0].copy(), place, velocity, attitude, theta, gained, 0, False)
 
-    assert compiled_updates_s() > 5.0 * updates_s(theirs, count - 1)
+    ratio = compiled_updates_s() / updates_s(theirs, count - 1)
+    record_property("measured", f"compiled {ratio:.1f} times python-ins")
+    assert ratio > 5.0
 
 
 @pytest.mark.speed
 @pytest.mark.proof
-def test_bulk_integration_makes_four_million_updates_a_second() -> None:
-    assert plain_updates_s() >= 4e6
+def test_bulk_integration_makes_four_million_updates_a_second(record_property: Record) -> None:
+    updates = plain_updates_s()
+    record_property("measured", f"NumPy {updates / 1e6:.1f} million/s")
+    assert updates >= 4e6
 
 
 @pytest.mark.speed
 @pytest.mark.proof
-def test_compiled_integration_makes_fifty_million_updates_a_second() -> None:
-    assert compiled_updates_s() >= 50e6
+def test_compiled_integration_makes_fifty_million_updates_a_second(
+    record_property: Record,
+) -> None:
+    updates = compiled_updates_s()
+    record_property("measured", f"compiled {updates / 1e6:.0f} million/s")
+    assert updates >= 50e6

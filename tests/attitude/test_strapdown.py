@@ -14,6 +14,7 @@ from northfinder.attitude.cone_at_rest import LATITUDE_RAD, navigate_cone_at_res
 from northfinder.attitude.strapdown import navigate, velocity_increments
 from northfinder.earth import curvature_radii_m
 from tests.attitude.motions import DEG, DEG_PER_HOUR, Array, rotation
+from tests.evidence import Record
 
 CONE = ConingMotion(1.0 * DEG, 16.0 * np.pi)
 DT_S = 0.005
@@ -29,9 +30,11 @@ DT_S = 0.005
     ],
 )
 def test_an_hour_at_rest_costs_each_method_its_metres(
-    method: str, options: dict[str, Any], expected_m: float
+    method: str, options: dict[str, Any], expected_m: float, record_property: Record
 ) -> None:
     track = navigate_cone_at_rest(CONE, DT_S, method, **options)
+    told = " ".join([method, *options.values()])
+    record_property("measured", f"{told}: {track.from_start_m.max():.0f} m")
     assert track.time_s[-1] == pytest.approx(3600.0)
     assert track.from_start_m.max() == pytest.approx(expected_m, rel=0.03)
 

@@ -17,6 +17,7 @@ from northfinder.procedures.north_seek_json import north_seek_json
 from northfinder.wiring import build_rig, serve_simulation
 from tests.can.onlookers import CHANNEL, received
 from tests.can.rigs import NOISE_DEG_SQRT_H, result_of, rig, seeking, simulating
+from tests.evidence import Record
 
 TRUE_DEG = 48.0
 SHORT = ("--order", "sequential", "--json")
@@ -34,11 +35,13 @@ def lost(result: dict[str, Any]) -> int:
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.proof) for n in (1, 2))])
-def test_a_rig_finds_north(tmp_path: Path, seed: int) -> None:
+def test_a_rig_finds_north(tmp_path: Path, seed: int, record_property: Record) -> None:
     bench = rig(tmp_path)
     plan = ("--positions", "8", "--dwell", "0.5", *SHORT)
     with simulating(bench, "--seed", str(seed)), seeking(bench, *plan) as client:
         result = result_of(client)
+    told = f"{sigmas_off(result, TRUE_DEG):.1f} sigma off, {lost(result)} lost"
+    record_property("measured", f"seed {seed}: {told}")
     assert sigmas_off(result, TRUE_DEG) < 4.0
     assert result["azimuth_sigma_deg"] < 0.1
     assert lost(result) == 0

@@ -24,6 +24,7 @@ from drivers.codecs.canopen import (
     is_sync,
 )
 from drivers.interfaces import CanFrame
+from tests.evidence import Record
 
 nodes = st.integers(NODES.start, NODES.stop - 1)
 services = st.sampled_from([0x000, 0x080, 0x700])
@@ -242,7 +243,8 @@ def test_any_frame_is_decoded_or_none(frame: CanFrame, node: int) -> None:
 @pytest.mark.parametrize(
     "count", [30_000, pytest.param(3_000_000, marks=[pytest.mark.proof, pytest.mark.timeout(600)])]
 )
-def test_many_frames_are_decoded_or_none(count: int) -> None:
+def test_many_frames_are_decoded_or_none(count: int, record_property: Record) -> None:
+    record_property("measured", f"{count:,} frames")
     noise = random.Random(301)
     for _ in range(count):
         service = noise.choice([0x000, 0x080, 0x700, noise.getrandbits(29)])

@@ -284,3 +284,19 @@ def test_random_frames_are_only_counted(frames: Sequence[CanFrame]) -> None:
     sealed = decoder.encode(np.array([3.0 * DEG]), np.array([0]))
     assert decoder.decode(sealed).value == pytest.approx([3.0 * DEG])
     assert len(good.data) == 8
+
+
+def test_multiplexers_that_select_each_other_are_refused() -> None:
+    text = """VERSION ""
+BU_: X
+BO_ 288 FOG_RATE: 8 X
+ SG_ a m0M : 32|8@1+ (1,0) [0|255] "" X
+ SG_ b m0M : 40|8@1+ (1,0) [0|255] "" X
+ SG_ rate m0 : 0|24@1- (2.5E-005,0) [-209.7|209.7] "deg/s" X
+
+SG_MUL_VAL_ 288 rate a 0-0;
+SG_MUL_VAL_ 288 a b 0-0;
+SG_MUL_VAL_ 288 b a 0-0;
+"""
+    with pytest.raises(ValueError, match="select each other in a circle"):
+        DbcDecoder(text, SignalChoice("FOG_RATE", "rate"))

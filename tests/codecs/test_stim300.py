@@ -38,6 +38,7 @@ from drivers.codecs.stim300_utility import (
     decode_command,
     encode_utility,
 )
+from tests.evidence import Record
 
 VECTORS = Path(__file__).parents[1] / "vectors" / "stim300"
 START_UP = bytes.fromhex(
@@ -165,7 +166,7 @@ def test_a_recorded_datagram_is_decoded_and_scaled() -> None:
     [("imu_uart_data_2.bin", 8392, 1), ("imu_uart_data_3.bin", 524, 16)],
 )
 def test_every_recorded_datagram_is_good_and_encoded_to_the_same_bytes(
-    name: str, datagrams: int, step: int
+    name: str, datagrams: int, step: int, record_property: Record
 ) -> None:
     data = (VECTORS / name).read_bytes()
     decoder = Stim300Decoder()
@@ -173,6 +174,7 @@ def test_every_recorded_datagram_is_good_and_encoded_to_the_same_bytes(
     blocks = [event for event in events if isinstance(event, DataBlock)]
     recorded = concatenate(blocks)
     assert concatenate([recorded]) is recorded
+    record_property("measured", f"{len(recorded)} datagrams of {name}")
     assert len(recorded) == datagrams
     assert (decoder.crc_errors, decoder.discarded_bytes) == (0, 0)
     assert set(np.diff(recorded.counter) % 256) == {step}

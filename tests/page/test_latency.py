@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.evidence import Record
 from tests.page.browsing import Browsing, find_button, is_start, rounded, show, wait_for_run
 from tests.page.following import recorded
 from tests.service.process import Event, ServiceProcess, serving, wait_until_ready
@@ -141,7 +142,7 @@ def _first_after(since_s: float, times_s: Iterable[float]) -> float:
 
 @pytest.mark.slow
 def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
-    browsing: Browsing, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    browsing: Browsing, tmp_path: Path, record_property: Record
 ) -> None:
     with serving(tmp_path, "--sim-speed", "20") as service:  # as `make serve` does
         wait_until_ready(service)
@@ -154,8 +155,7 @@ def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
         north_s = time.monotonic() - clicked_s
         delays = _delays(page, service, run_id)
         browsing.close()
-    with capsys.disabled():
-        print(f"\nnorth {north_s:.1f} s after the click; {delays}")  # noqa: T201
+    record_property("measured", f"north {north_s:.1f} s after the click; {delays}")
     assert north_s < 10.0 * _ALLOWANCE
     assert p95_s(delays.number) < _NUMBER_S * _ALLOWANCE
     assert p95_s(delays.dial) < _NUMBER_S * _ALLOWANCE
@@ -168,7 +168,7 @@ def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
 def test_every_step_of_a_run_at_real_pace_is_shown_at_once(
     browsing: Browsing,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    record_property: Record,
     speed: str,
     plan: tuple[int, float],
 ) -> None:
@@ -181,8 +181,7 @@ def test_every_step_of_a_run_at_real_pace_is_shown_at_once(
         service.wait_for_visits(run_id, 2 * positions)
         delays = _delays(page, service, run_id)
         browsing.close()
-    with capsys.disabled():
-        print(f"\nat {speed} times real time: {delays}")  # noqa: T201
+    record_property("measured", f"at {speed} times real time: {delays}")
     assert p95_s(delays.number) < _NUMBER_S
     assert p95_s(delays.dial) < _NUMBER_S
     assert p95_s(delays.charts) < _CHARTS_S

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from northfinder.studies.claim import Quantity, Verdict
+from tests.evidence import Record
 from tests.studies.conftest import Worked
 
 Studies = dict[str, Worked]
@@ -43,9 +44,17 @@ R, N, M, B = Verdict.REPRODUCED, Verdict.NOT_REPRODUCED, Verdict.MISPRINT, Verdi
     ],
 )
 def test_the_figure_is_the_one_derived(  # noqa: PLR0917 (a row of figures)
-    worked: Studies, name: str, where: str, condition: str, expected: float, within: float
+    worked: Studies,
+    name: str,
+    where: str,
+    condition: str,
+    expected: float,
+    within: float,
+    record_property: Record,
 ) -> None:
-    assert worked[name].claim(where, condition).ours.value == pytest.approx(expected, rel=within)
+    ours = worked[name].claim(where, condition).ours.value
+    record_property("measured", f"{name}, {where}: {ours:.5g}")
+    assert ours == pytest.approx(expected, rel=within)
 
 
 def test_the_limits_that_are_promised_are_kept(worked: Studies) -> None:
