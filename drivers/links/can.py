@@ -24,7 +24,8 @@ _BURST_S = 0.005
 _BURST_FRAMES = 2000
 _BUFFER_BYTES = 1 << 22
 _SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
-_SEND_S = 0.1
+#: Long beside the pauses of a busy computer: pyserial calls a write late although it is done.
+_SEND_S = 1.0
 _JITTER_S = 1.0  # beyond it an interface's timestamps are not the system's time
 
 #: linux/can/error.h: classes of error frames, in their identifier.
@@ -109,7 +110,8 @@ class CanBus:
         try:
             self._bus.send(message, timeout=_SEND_S)
         except _SENDING_ERRORS as error:
-            msg = f"{self.name} takes no frame ({error}); check cable and termination"
+            reason = error.__cause__ or error  # slcan says no more than that it could not write
+            msg = f"{self.name} takes no frame ({reason}); check cable and termination"
             raise TransportError(msg) from error
 
     async def _open(self) -> None:

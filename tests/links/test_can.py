@@ -1,18 +1,24 @@
 """A bus that python-can opens: its `virtual` one, in real time, with its own ends as the others."""
 
 import asyncio
+import select
+import sys
 import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from itertools import count
+from types import SimpleNamespace
+from typing import Any
 
 import can
 import pytest
+from serial import serialposix
 
 from drivers.errors import LinkTimeoutError, TransportError
 from drivers.interfaces import CanFilter, CanFrame
 from drivers.links.can import CanBus
 from drivers.links.can_port import CanPort
+from sim.pty import serve_on_pty
 
 SOON_S = 2.0
 BUS_OFF = 0x40  # linux/can/error.h
@@ -213,6 +219,46 @@ def test_drivers_that_recover_one_after_the_other_get_the_bus_back(
         await second.close()
 
     on_bus(channel, session)
+
+
+class Adapter:
+    """The far end of a serial line: keeps what comes."""
+
+    def __init__(self) -> None:
+        self.received = bytearray()
+        self.has_frame = asyncio.Event()
+
+    def connect(self, send: Callable[[bytes], None]) -> None:
+        """Nothing is ever sent."""
+
+    def receive_data(self, data: bytes) -> None:
+        self.received += data
+        if b"t123101\r" in self.received:
+            self.has_frame.set()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_a_serial_adapter_outlives_a_pause_of_the_computer_amid_a_write(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The bytes are written, and only then is the process put aside for a while."""
+
+    def late(*waits: Any) -> Any:  # noqa: ANN401 - as select's
+        time.sleep(0.2)
+        return select.select(*waits)
+
+    async def session() -> None:
+        adapter = Adapter()
+        async with serve_on_pty(adapter) as path:
+            port = CanPort(CanBus("slcan", path, {"sleep_after_open": 0.0}))
+            await port.open()
+            monkeypatch.setattr(serialposix, "select", SimpleNamespace(select=late))
+            await port.write(CanFrame(0x123, b"\x01"))
+            monkeypatch.undo()
+            await asyncio.wait_for(adapter.has_frame.wait(), SOON_S)
+            await port.close()
+
+    asyncio.run(session())
 
 
 def test_a_frame_that_the_interface_does_not_take_is_told(channel: str) -> None:
