@@ -8,8 +8,8 @@ labels are anchored, so that another font than the one measured here moves nothi
 import io
 import math
 import re
-import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -61,8 +61,9 @@ _STYLE: dict[str, Any] = {
     "lines.linewidth": 0.9,
     "lines.solid_capstyle": "butt",
 }
-#: The style is global in matplotlib, and its caches are nobody's: one figure at a time.
-_ONE_AT_A_TIME = threading.Lock()
+#: The style is global in matplotlib, and its caches are nobody's: one figure at a time. And all of
+#: them in one thread: each that draws keeps fonts and pieces of memory of its own, for ever.
+_PAINTER = ThreadPoolExecutor(1, "figures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,19 +90,23 @@ def render(sheet: Sheet, paint: Callable[["Figure"], None]) -> str:
         An ``<svg>`` element without declarations: a file as it is, or a part of an HTML page.
         The same drawing gives the same text.
     """
+    svg = _embeddable(_PAINTER.submit(_painted, sheet, paint).result())
+    if not sheet.description:
+        return svg
+    return svg.replace("</title>", f"</title>\n <desc>{escape(sheet.description)}</desc>", 1)
+
+
+def _painted(sheet: Sheet, paint: Callable[["Figure"], None]) -> str:
     from matplotlib import rc_context  # noqa: PLC0415 (see above)
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     written = io.StringIO()
     style: Any = {**_STYLE, "svg.hashsalt": sheet.name}  # its type names every key there is
-    with _ONE_AT_A_TIME, rc_context(style):
+    with rc_context(style):
         figure = Figure(figsize=(sheet.width_pt / 72, sheet.height_pt / 72), facecolor="white")
         paint(figure)
         figure.savefig(written, format="svg", metadata={"Date": None, "Title": sheet.title})
-    svg = _embeddable(written.getvalue())
-    if not sheet.description:
-        return svg
-    return svg.replace("</title>", f"</title>\n <desc>{escape(sheet.description)}</desc>", 1)
+    return written.getvalue()
 
 
 def _embeddable(svg: str) -> str:

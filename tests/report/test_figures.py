@@ -4,6 +4,7 @@ import math
 import re
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -11,6 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from northfinder.report.canvas import Sheet, render
 from northfinder.report.dial import exaggeration
 from northfinder.report.figures import FIGURES, UnknownFigureError, draw
 from northfinder.report.readings import Readings
@@ -55,6 +57,18 @@ def test_threads_draw_the_same_text(recorded: Recorded) -> None:
     with ThreadPoolExecutor(4) as pool:
         drawn = list(pool.map(lambda n: draw(n, recorded.result, recorded.estimates), names))
     assert drawn == [draw(name, recorded.result, recorded.estimates) for name in names]
+
+
+def test_one_thread_draws_for_all() -> None:
+    """Or each of the service's many threads keeps fonts and memory of its own, for ever."""
+    painters = set()
+
+    def paint(_: object) -> None:
+        painters.add(threading.get_ident())
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda n: render(Sheet(f"{n}", "empty", 72.0, 72.0), paint), range(8)))
+    assert len(painters) == 1
 
 
 def test_a_figure_that_cannot_be_drawn_says_why(recorded: Recorded) -> None:
