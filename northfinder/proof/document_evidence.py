@@ -93,8 +93,10 @@ def _row(measurement: str, figure: Figure) -> dict[str, object]:
 
 
 def _result(case: ET.Element) -> TestResult:
-    # A file that cannot even be imported has no file, and stands under its module's name.
-    file = case.get("file") or f"{case.get('name', '').replace('.', '/')}.py"
+    # The module that pytest collected, not the file (a test may be imported from another); one
+    # that cannot even be imported stands under its own name.
+    module = case.get("classname") or case.get("name", "")
+    file = f"{module.replace('.', '/')}.py"
     recorded = case.iter("property")
     measured = tuple(each.get("value", "") for each in recorded if each.get("name") == "measured")
     return TestResult(f"{file}::{case.get('name')}", _outcome(case), measured)
