@@ -95,7 +95,7 @@ def _row(measurement: str, figure: Figure) -> dict[str, object]:
 def _result(case: ET.Element) -> TestResult:
     # The module that pytest collected, not the file (a test may be imported from another); one
     # that cannot even be imported stands under its own name.
-    module = case.get("classname") or case.get("name", "")
+    module = case.get("classname") or case.get("name") or ""
     file = f"{module.replace('.', '/')}.py"
     recorded = case.iter("property")
     measured = tuple(each.get("value", "") for each in recorded if each.get("name") == "measured")

@@ -29,7 +29,10 @@ async def _serve(answers: Answers) -> None:
     """Serve both until the process ends."""
     config = uvicorn.Config(plain_app(answers), log_level="warning", access_log=False)
     bare = await asyncio.start_server(lambda r, w: _answer(answers, r, w), "127.0.0.1", 0)
-    with socket.create_server(("127.0.0.1", 0)) as listening:
+    # The protocol by name, as whoever starts uvicorn by host and port has it: without it asyncio
+    # sets no TCP_NODELAY, and every answer waits 40 ms for an acknowledgement.
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listening:
+        listening.bind(("127.0.0.1", 0))
         ports = (each.getsockname()[1] for each in (listening, bare.sockets[0]))
         sys.stdout.write(" ".join(map(str, ports)) + "\n")
         sys.stdout.flush()
