@@ -279,13 +279,8 @@ class IndexingTable(ABC):
             raise ValueError(msg)
 
     def _duration_s(self, distance_rad: float, given_rad_s: float | None) -> float:
-        """Return how long a move takes: on a trapezoid, or on a triangle that is too short."""
-        speed_rad_s, acceleration_rad_s2 = self.limits.speed_rad_s, self.limits.acceleration_rad_s2
-        if given_rad_s is not None:
-            speed_rad_s = given_rad_s / _ROUNDED
-        if distance_rad < speed_rad_s**2 / acceleration_rad_s2:
-            return 2 * math.sqrt(distance_rad / acceleration_rad_s2)
-        return distance_rad / speed_rad_s + speed_rad_s / acceleration_rad_s2
+        speed_rad_s = None if given_rad_s is None else given_rad_s / _ROUNDED
+        return self.limits.move_s(distance_rad, speed_rad_s)
 
     def _not_open(self) -> RuntimeError:
         return RuntimeError(f"the table on {self._link_name} is not open yet")

@@ -4,6 +4,7 @@ A link carries bytes or CAN frames; an instrument is a codec, a link and deadlin
 may fill two roles: a KVH 1750 is gyro and accelerometer at once, on one link that is opened once.
 """
 
+import math
 from collections.abc import Sequence
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, fields
@@ -304,6 +305,18 @@ class MotionLimits:
 
     speed_rad_s: float
     acceleration_rad_s2: float
+
+    def move_s(self, distance_rad: float, speed_rad_s: float | None = None) -> float:
+        """Return how long a move takes: a trapezoid, or a triangle that is too short for it.
+
+        Args:
+            distance_rad: How far, not negative.
+            speed_rad_s: Of this move alone; by default that of the limits.
+        """
+        highest_rad_s = self.speed_rad_s if speed_rad_s is None else speed_rad_s
+        if distance_rad < highest_rad_s**2 / self.acceleration_rad_s2:
+            return 2 * math.sqrt(distance_rad / self.acceleration_rad_s2)
+        return distance_rad / highest_rad_s + highest_rad_s / self.acceleration_rad_s2
 
 
 class Turntable(Instrument, Protocol):

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
+from northfinder.angles import within_half_turn
 from northfinder.campaign.attitudes import Attitudes
 from northfinder.campaign.bounds import Bounds
 from northfinder.campaign.estimation import Estimates, Reduction, estimate
@@ -65,7 +66,7 @@ def _libraries() -> ThreadpoolController:
 
 
 def _columns(truth: Attitudes, stated: Estimates, bound_rad: FloatArray) -> Columns:
-    error_rad = np.remainder(stated.azimuth_rad - truth.azimuth_rad + np.pi, 2.0 * np.pi) - np.pi
+    error_rad = within_half_turn(stated.azimuth_rad - truth.azimuth_rad)
     in_rad = {
         "true_azimuth": truth.azimuth_rad,
         "true_pitch": truth.pitch_rad,

@@ -8,7 +8,6 @@ from typing import Any, Self
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -17,6 +16,7 @@ from northfinder.campaign.carrying_out import carry_out
 from northfinder.campaign.planning import plan_campaign
 from northfinder.cli.display import STATUS, plain_table, table_console
 from northfinder.cli.options import json_option, plan_options, rig_options
+from northfinder.cli.progress import progress_bar
 from northfinder.config import RigConfig
 from northfinder.formatting import decimals_of, duration
 from northfinder.procedures.north_seek import Plan
@@ -95,15 +95,7 @@ class _SeeksProgress:
         console = Console(stderr=True, highlight=False)
         self._seeks, self._output = seeks, output
         self._begun_s, self._done = time.monotonic(), 0
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=None),
-            TextColumn("{task.fields[left]}"),
-            console=console,
-            expand=True,
-            transient=True,
-            disable=not console.is_terminal,
-        )
+        self._bar = progress_bar(console, transient=True, disable=not console.is_terminal)
         self._task = self._bar.add_task("beginning", total=seeks, left="")
 
     def __enter__(self) -> Self:

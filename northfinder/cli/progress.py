@@ -14,19 +14,25 @@ from northfinder.records import RunEvent
 _NORTH_SIGMA_LIMIT_DEG = 90.0  # beyond it, any direction would do
 
 
+def progress_bar(console: Console, **more: Any) -> Progress:  # noqa: ANN401 - rich's own options
+    """Return a bar as wide as the terminal between its task and the field ``left``."""
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=None),
+        TextColumn("{task.fields[left]}"),
+        console=console,
+        expand=True,
+        **more,
+    )
+
+
 class LiveProgress:
     """Two lines on stderr; nothing where stderr is no terminal."""
 
     def __init__(self) -> None:
         console = Console(stderr=True, highlight=False)
         self._shown = console.is_terminal
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=None),
-            TextColumn("{task.fields[left]}"),
-            console=console,
-            expand=True,
-        )
+        self._bar = progress_bar(console)
         self._task = self._bar.add_task("opening the instruments", total=1.0, left="")
         self._north = Text("")
         self._live = Live(console=console, transient=True, get_renderable=self._lines)

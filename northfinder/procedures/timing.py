@@ -15,15 +15,7 @@ _TURN_RAD = 2 * math.pi
 
 def homing_s(limits: MotionLimits) -> float:
     """Return the time to set aside for finding the table's reference: up to a turn."""
-    return move_s(_TURN_RAD, limits)
-
-
-def move_s(distance_rad: float, limits: MotionLimits) -> float:
-    """Return the time of a trapezoidal move, or of a triangular one that is too short for it."""
-    ramps_rad = limits.speed_rad_s**2 / limits.acceleration_rad_s2
-    if distance_rad < ramps_rad:
-        return 2 * math.sqrt(distance_rad / limits.acceleration_rad_s2)
-    return distance_rad / limits.speed_rad_s + limits.speed_rad_s / limits.acceleration_rad_s2
+    return limits.move_s(_TURN_RAD)
 
 
 def ends_s(
@@ -39,7 +31,7 @@ def ends_s(
     """
     now_s, angle_rad, ends = begin_s, 0.0, []
     for visit in visits:
-        now_s += move_s(abs(visit.angle_rad - angle_rad), limits)
+        now_s += limits.move_s(abs(visit.angle_rad - angle_rad))
         now_s += max(settle_s, _SETTLING_S) + _LATE_S + visit.dwell_s
         angle_rad = visit.angle_rad
         ends.append(now_s)
@@ -66,7 +58,7 @@ def passage_ends_s(
     now_s, way, ends = begin_s, None, []
     for visit in visits:
         if visit.direction != way:  # on from the end of the last passage, beyond its last sector
-            now_s += waiting_s + (move_s(lead, limits) if way is None else lead_s(settle_s))
+            now_s += waiting_s + (limits.move_s(lead) if way is None else lead_s(settle_s))
             way = visit.direction
         now_s += visit.dwell_s
         ends.append(now_s)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from drivers.interfaces import FloatArray
+from northfinder.angles import within_half_turn
 from northfinder.earth import EARTH_RATE_RAD_S
 from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
 from northfinder.estimators.solvers import Method
@@ -70,7 +71,7 @@ def solver_agreement() -> Iterator[Figure]:
         fit = fit_harmonic(_ANGLES_RAD, rate)
         tilt = estimate_tilt(fit_harmonic(_ANGLES_RAD, force), _gravity_g(truth))
         azimuths = [solve_azimuth(fit, tilt, truth.latitude_rad, m).azimuth_rad for m in _EXACT]
-        apart_rad += [abs(_wrapped(azimuth - azimuths[0])) for azimuth in azimuths[1:]]
+        apart_rad += [abs(within_half_turn(azimuth - azimuths[0])) for azimuth in azimuths[1:]]
     yield Figure("exact solvers apart, at most", float(np.max(apart_rad)), "rad", None, 1e-12)
 
 
@@ -120,9 +121,4 @@ def _gravity_g(truth: Truth) -> float:
 
 
 def _turned(azimuth_rad: FloatArray, truth: Truth) -> FloatArray:
-    return _wrapped(azimuth_rad - truth.azimuth_rad)
-
-
-def _wrapped(angle_rad: FloatArray) -> FloatArray:
-    wrapped: FloatArray = (angle_rad + np.pi) % (2 * np.pi) - np.pi
-    return wrapped
+    return within_half_turn(azimuth_rad - truth.azimuth_rad)

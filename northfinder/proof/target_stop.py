@@ -11,6 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from drivers.interfaces import BoolArray, FloatArray
+from northfinder.angles import within_half_turn
 from northfinder.earth import EARTH_RATE_RAD_S
 from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
 from northfinder.estimators.design import harmonic_design
@@ -88,7 +89,7 @@ class _Seeks:
         force_fit = fit_harmonic(angle, force[rows], self.force_sigma if given else None)
         tilt = estimate_tilt(force_fit, float(np.linalg.norm(self.truth.specific_force_t())))
         solution = solve_azimuth(fit, tilt, self.truth.latitude_rad)
-        error = (solution.azimuth_rad - self.truth.azimuth_rad + np.pi) % (2 * np.pi) - np.pi
+        error = within_half_turn(solution.azimuth_rad - self.truth.azimuth_rad)
         return azimuth_budget(solution, fit, tilt, _curvature_known()), error
 
 

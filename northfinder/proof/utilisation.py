@@ -8,7 +8,6 @@ from drivers.interfaces import MotionLimits
 from northfinder.config import RigConfig, load_config
 from northfinder.procedures.events import Event, VisitCompleted
 from northfinder.procedures.north_seek import Plan, run
-from northfinder.procedures.timing import move_s
 from northfinder.procedures.visits import Visit
 from northfinder.proof.figure import Figure
 from northfinder.wiring import build_rig, event_loop
@@ -51,4 +50,4 @@ async def _seek(config: RigConfig, plan: Plan) -> tuple[list[Visit], MotionLimit
 
 def _away_s(visits: Sequence[Visit], plan: Plan, limits: MotionLimits) -> float:
     moves_rad = [abs(later.angle_rad - earlier.angle_rad) for earlier, later in pairwise(visits)]
-    return sum(move_s(move_rad, limits) + plan.settle_s for move_rad in moves_rad)
+    return sum(limits.move_s(move_rad) + plan.settle_s for move_rad in moves_rad)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
+from northfinder.angles import within_half_turn
 from northfinder.earth import EARTH_RATE_RAD_S
 from northfinder.estimators import estimate_tilt, fit_harmonic, solve_azimuth
 from northfinder.estimators.arrays import FloatArray
@@ -61,7 +62,7 @@ class Revolutions:
         tilt = estimate_tilt(fit_harmonic(ANGLES_RAD, self.force_g))
         fit = fit_harmonic(ANGLES_RAD, self.rate_rad_s)
         found = solve_azimuth(fit, tilt, self.latitude_rad, method).azimuth_rad
-        return wrapped(found - self.azimuth_rad)
+        return within_half_turn(found - self.azimuth_rad)
 
     def noisy(self, gyro_rad_s: float, accelerometer_g: float, random: Generator) -> "Revolutions":
         """Return the same determinations with white noise on every reading."""
@@ -113,12 +114,7 @@ def printed_eq_10(revolution: Revolutions, *, by_gyro: bool = False) -> FloatArr
         (rate - up * sine) / np.sqrt(1.0 - sine * sine)
         for rate, sine in zip((gyro.b, gyro.a), sines, strict=True)
     )
-    return wrapped(np.arctan2(numerator, denominator) - revolution.azimuth_rad)
-
-
-def wrapped(angle_rad: FloatArray) -> FloatArray:
-    """Return an angle within half a turn."""
-    return np.asarray((angle_rad + np.pi) % (2.0 * np.pi) - np.pi)
+    return within_half_turn(np.arctan2(numerator, denominator) - revolution.azimuth_rad)
 
 
 def largest_deg(error_rad: FloatArray) -> float:
