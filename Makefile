@@ -9,6 +9,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/python -m pytest
+# Several tests at once: half of their time they wait, for a page, a service, a deadline.
+PARALLEL := --numprocesses logical --maxprocesses 4 --dist worksteal
 
 # Held to the last line and branch by their own tests.
 PURE := tests/codecs tests/estimators tests/attitude tests/alignment
@@ -26,15 +28,15 @@ serve: .venv/installed
 	$(BIN)/northfinder serve
 
 test: check system-packages
-	$(BIN)/coverage run -m pytest $(PURE) -m "not proof and not speed"
+	$(PYTEST) $(PARALLEL) --cov --cov-report= $(PURE) -m "not proof and not speed"
 	$(BIN)/coverage report --include='$(PURE_ROOMS)' --fail-under=100
-	$(PYTEST) $(PURE:%=--ignore=%) -m "not proof and not speed"
+	$(PYTEST) $(PARALLEL) $(PURE:%=--ignore=%) -m "not proof and not speed"
 	tests/vcan/run $(PYTEST) -m "not proof" tests/can
 	$(PYTEST) -m "speed and not proof"
 
 test-quick: .venv/installed-dev
 	@echo "test-quick: without lint, types, coverage, browser, PostgreSQL, timed and long tests"
-	$(PYTEST) --ignore=tests/page -m "not proof and not speed and not slow and not postgresql"
+	$(PYTEST) $(PARALLEL) --ignore=tests/page -m "not proof and not speed and not slow and not postgresql"
 
 check: .venv/installed-dev
 	$(BIN)/ruff format --check .

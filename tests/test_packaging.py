@@ -77,5 +77,6 @@ def test_the_tests_pass_in_a_fresh_environment(tmp_path: Path, *, editable: bool
     )  # need the checkout
     wanted = [f"--ignore={name}" for name in left_out]
     chosen = ("-m", "not proof and not speed and not slow", *wanted)
-    printed = run(python, "-m", "pytest", "-q", *chosen, folder=tmp_path)
+    at_once = ("--numprocesses", "logical", "--dist", "worksteal")
+    printed = run(python, "-m", "pytest", "-q", *at_once, *chosen, folder=tmp_path)
     assert " passed" in printed

@@ -165,7 +165,7 @@ def test_what_fails_on_the_bus_ends_the_run_in_words_within_two_seconds(
     spoil: Callable[[World], None], later_s: float, sentence: str, record_property: Record
 ) -> None:
     outcome, noticed_s = _spoiled(spoil, later_s)
-    record_property("measured", f"told within {noticed_s:.2f} s")
+    record_property("measured", f"told within {noticed_s:z.2f} s")
     assert outcome.result is None
     assert noticed_s < 2.0
     with pytest.raises(Exception, match=sentence):
