@@ -12,6 +12,7 @@ from northfinder.rig import Rig
 from northfinder.service import routes
 from northfinder.service.docs_page import docs_routes
 from northfinder.service.hub import Hub
+from northfinder.service.memory import keep_giving_back
 from northfinder.service.metrics import Metrics
 from northfinder.service.parts import Parts
 from northfinder.service.problems import install_problems, problem_responses
@@ -85,6 +86,7 @@ async def _running(
     tasks = [
         asyncio.create_task(feed.keep_asking(), name="rig feed"),
         asyncio.create_task(feed.keep_house(records), name="housekeeping"),
+        asyncio.create_task(keep_giving_back(), name="memory"),
     ]
     try:
         yield
