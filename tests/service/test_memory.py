@@ -1,0 +1,38 @@
+"""What was freed goes back to the system while the service stands."""
+
+import asyncio
+import platform
+import time
+
+import psutil
+import pyarrow as pa
+import pytest
+
+from northfinder.service import memory
+
+pytestmark = pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="others do it themselves")
+
+
+def rss_mb() -> float:
+    return psutil.Process().memory_info().rss / 1e6
+
+
+def test_what_lies_between_pieces_in_use_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """glibc itself gives back only what lies at an arena's end."""
+    monkeypatch.setattr(memory, "_EVERY_S", 0.01)
+    pieces = [bytearray(4096) for _ in range(25_000)]
+    in_use = pieces.pop()
+    del pieces
+    kept_mb = rss_mb()
+
+    async def until_it_falls() -> None:
+        giving = asyncio.create_task(memory.keep_giving_back())
+        deadline_s = time.monotonic() + 30.0
+        while rss_mb() > kept_mb - 80.0:
+            assert time.monotonic() < deadline_s, f"{kept_mb:.0f} MB have become {rss_mb():.0f}"
+            await asyncio.sleep(0.01)
+        giving.cancel()
+
+    asyncio.run(until_it_falls())
+    assert len(in_use) == 4096
+    assert pa.default_memory_pool().backend_name == "system"
