@@ -9,9 +9,7 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 
-import pyarrow as pa
-from pyarrow import csv, parquet
-
+from northfinder.records.arrow import csv, pa, parquet
 from northfinder.records.entries import RunSummary, VisitStatistics
 from northfinder.records.portable_json import JsonObject
 from northfinder.records.store import Records

@@ -1,7 +1,6 @@
 """Raw samples of one stream as Arrow IPC: the identical float64 comes back, NaN included."""
 
-import pyarrow as pa
-
+from northfinder.records.arrow import pa
 from northfinder.samples import Samples
 
 _COLUMNS: dict[str, pa.DataType] = {

@@ -1,14 +1,13 @@
 """Memory of a service that stands for months: what a run or a download used is given back.
 
-Otherwise two allocators keep it, thread by thread: Arrow's own what the largest export took, and
-glibc's what was freed between pieces still in use. Neither is a leak, and both grow for hours.
+Otherwise glibc keeps, for each thread, what was freed between pieces still in use: no leak, but it
+grows for hours. (Arrow's allocator did so too: :mod:`northfinder.records.arrow`.)
 """
 
 import asyncio
 import ctypes
 import platform
 
-import pyarrow as pa
 from starlette.concurrency import run_in_threadpool
 
 _EVERY_S = 10.0
@@ -17,7 +16,6 @@ _ARENA_MAX = -8  # malloc.h: M_ARENA_MAX
 
 async def keep_giving_back() -> None:
     """Give back what is free, for ever: a few milliseconds each time."""
-    pa.set_memory_pool(pa.system_memory_pool())
     if platform.libc_ver()[0] != "glibc":
         return  # other C libraries do it themselves
     libc = ctypes.CDLL(None)

@@ -49,6 +49,7 @@ def _loads_s(browsing: Browsing, service: ServiceProcess, count: int) -> list[fl
     return sorted(loads_s)
 
 
+@pytest.mark.speed
 def test_the_first_page_is_usable_at_once(browsing: Browsing, service: ServiceProcess) -> None:
     # The best of three: the machine may be busy with something else in any one of them.
     best_s, *others_s = _loads_s(browsing, service, 3)

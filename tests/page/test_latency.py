@@ -140,7 +140,7 @@ def _first_after(since_s: float, times_s: Iterable[float]) -> float:
     return next(time_s for time_s in times_s if time_s >= since_s) - since_s
 
 
-@pytest.mark.slow
+@pytest.mark.speed
 def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
     browsing: Browsing, tmp_path: Path, record_property: Record
 ) -> None:

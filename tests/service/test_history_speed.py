@@ -74,7 +74,7 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     return url
 
 
-@pytest.mark.slow
+@pytest.mark.speed
 def test_the_history_of_a_thousand_runs_comes_at_once(tmp_path: Path, url: str) -> None:
     """The median, for one in a hundred says more of this machine's other work."""
     with service_with(tmp_path, url, 1000) as (service, ids):

@@ -2,10 +2,11 @@
 
 import asyncio
 import platform
+import subprocess
+import sys
 import time
 
 import psutil
-import pyarrow as pa
 import pytest
 
 from northfinder.service import memory
@@ -35,4 +36,12 @@ def test_what_lies_between_pieces_in_use_is_given_back(monkeypatch: pytest.Monke
 
     asyncio.run(until_it_falls())
     assert len(in_use) == 4096
-    assert pa.default_memory_pool().backend_name == "system"
+
+
+def test_exports_take_their_memory_from_the_c_library() -> None:
+    """In a process of its own: Arrow asks once, and here somebody may have imported it before."""
+    code = (
+        "import northfinder.cli.serving, pyarrow; print(pyarrow.default_memory_pool().backend_name)"
+    )
+    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert told.stdout.strip() == "system"
