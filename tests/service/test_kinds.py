@@ -5,11 +5,19 @@ from typing import Any
 
 import pytest
 
-from tests.service.process import SHORT, ServiceProcess
+from tests.service.process import SHORT, ServiceProcess, serving, wait_until_ready
 
 ALIGNMENT = {"kind": "alignment", "duration_s": 20}
 NOISE = {"kind": "noise", "duration_s": 30}
 LONG_NOISE = {"kind": "noise", "duration_s": 3600}
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
+    """Not faster: a stream does not wait, and a commit of 50 ms is a second of it here."""
+    with serving(tmp_path_factory.mktemp("service"), "--sim-speed", "20") as running:
+        wait_until_ready(running)
+        yield running
 
 
 @pytest.fixture(autouse=True)
