@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Sequence
 
+from drivers.canopen.questions import Questions
 from drivers.canopen.watch import HEARTBEAT_S, NodeWatch
 from drivers.codecs.canopen import (
     EMERGENCY,
@@ -22,7 +23,6 @@ from drivers.errors import DriverError, LinkTimeoutError, RefusedError, Transpor
 from drivers.interfaces import CanArrivals, CanFilter, CanFrame, CanLink, Counters
 from drivers.links.inbox import FrameInbox
 
-_ANSWER_S = 0.5  # CiA 301 names no limit; a drive answers within 20 ms
 _TICK_S = HEARTBEAT_S / 2
 _GATHER_S = 0.05
 _STANDARD = 0x7FF
@@ -56,11 +56,10 @@ class CanopenNode:
         self._pdos = pdos
         self._process_data = FrameInbox(self.name)
         self._watch = NodeWatch(self.name, node)
+        self._questions = Questions(link, node, self._watch, self.counters)
         self._failure: DriverError | None = None
         self._lock = asyncio.Lock()
         self._listening: asyncio.Task[None] | None = None
-        self._asked: tuple[Transfer, asyncio.Future[bytes]] | None = None
-        self._given_up: Transfer | None = None
         self._found_heartbeat_ms: int | None = None
 
     @property
@@ -81,9 +80,10 @@ class CanopenNode:
             ProtocolError: Two nodes answer.
         """
         await self.close()
-        self._failure = self._asked = self._given_up = self.emergency = None
+        self._failure = self.emergency = None
         self._process_data = FrameInbox(self.name)
         self._watch = NodeWatch(self.name, self._node)
+        self._questions = Questions(self._link, self._node, self._watch, self.counters)
         own = (SDO_ANSWER + self._node, EMERGENCY + self._node, *self._pdos)
         wanted = [CanFilter(can_id, _STANDARD) for can_id in own]
         self._link.set_filters([*wanted, _ALL_HEARTBEATS])
@@ -220,32 +220,13 @@ class CanopenNode:
             self._check()
             if check is not None:
                 check()
-            request: bytes | None = transfer.begin()
-            while request is not None and transfer.result is None:
-                request = transfer.answer(await self._ask(transfer, request))
-            if request is not None:  # the transfer ends with an abort of ours
-                await self._link.write(CanFrame(SDO_REQUEST + self._node, request))
+            await self._questions.carry_out(transfer)
         if not isinstance(transfer.result, Aborted):
             return transfer.result or b""
         code = transfer.result.code
         why = describe_abort(code)
         msg = f"The {self.name} refuses to {verb} {transfer.entry}: {why}."
         raise RefusedError(msg, code)
-
-    async def _ask(self, transfer: Transfer, request: bytes) -> bytes:
-        answer: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-        self._asked = transfer, answer
-        try:
-            await self._link.write(CanFrame(SDO_REQUEST + self._node, request))
-            await asyncio.wait([answer], timeout=_ANSWER_S)
-        finally:
-            self._asked = None
-            if not answer.done():
-                self._given_up = transfer
-        if answer.done():
-            return answer.result()
-        self.counters.lost += 1
-        raise self._watch.unanswered(str(transfer.entry), _ANSWER_S)
 
     async def _listen(self) -> None:
         # Silence is judged by what was read, not by the clock: a loop that was held up has not
@@ -272,7 +253,8 @@ class CanopenNode:
         self.counters.frames += 1
         self._watch.note_frame(time_s)
         if frame.can_id == SDO_ANSWER + self._node:
-            self._take_answer(frame.data)
+            if not self._questions.take_answer(frame.data):
+                self._fail(self._watch.doubled())
         elif frame.can_id in self._pdos:
             self._process_data.put(frame, time_s)
         else:
@@ -280,21 +262,9 @@ class CanopenNode:
             if emergency is not None:
                 self.emergency = emergency if emergency.code else None
 
-    def _take_answer(self, data: bytes) -> None:
-        if self._asked is not None:
-            transfer, answer = self._asked
-            if not answer.done() and transfer.belongs(data):
-                answer.set_result(data)
-                return
-        if self._given_up is not None and self._given_up.belongs(data):
-            self._given_up = None  # it came late
-            return
-        self._fail(self._watch.doubled())
-
     def _fail(self, error: DriverError | None) -> None:
         if error is None or self._failure is not None:
             return
         self._failure = error
         self._process_data.fail(TransportError(str(error)))  # no reader shall take it for silence
-        if self._asked is not None and not self._asked[1].done():
-            self._asked[1].set_exception(error)
+        self._questions.fail(error)

@@ -61,13 +61,15 @@ class NodeWatch:
             " a node number of its own, and let one program at a time use it."
         )
 
-    def unanswered(self, what: str, waited_s: float) -> DriverError:
-        """Return what is to be said when a question was not answered."""
+    def unanswered(self, what: str, waited_s: float, attempts: int) -> DriverError:
+        """Return what is to be said when a question was not answered, asked so many times."""
         others = ", ".join(map(str, sorted(self._others)))
         heard = f"nodes {others}" if others else "none"
+        again = f", {attempts} times" if attempts > 1 else ""
         return LinkTimeoutError(
-            f"The {self._name} did not answer within {waited_s:g} s (asked for {what}). Check its"
-            f" power, its node number and the bit rate. Others heard on this bus: {heard}."
+            f"The {self._name} did not answer within {waited_s:g} s (asked for {what}{again})."
+            " Check its power, its node number and the bit rate."
+            f" Others heard on this bus: {heard}."
         )
 
     def silence(self, now_s: float) -> DriverError | None:

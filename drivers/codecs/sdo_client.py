@@ -33,6 +33,11 @@ class Transfer:
         self._toggle = 0
         self._segmented = False
 
+    @property
+    def repeatable(self) -> bool:
+        """Whether the node may hear what is asked now twice: the first question of a reading."""
+        return self._value is None and not self._segmented
+
     def begin(self) -> bytes:
         """Return the first request, 8 bytes."""
         if self._value is None:

@@ -197,6 +197,16 @@ def test_an_answer_to_another_question_does_not_belong() -> None:
     assert not name.belongs(bytes.fromhex(READ_NAME[0][1]))
 
 
+def test_only_the_first_question_of_a_reading_may_be_put_twice() -> None:
+    """A segment asked for twice is a toggle error, a value written twice may be a command."""
+    reading = Transfer(NAME)
+    reading.begin()
+    assert reading.repeatable
+    reading.answer(bytes.fromhex(READ_NAME[0][1]))
+    assert not reading.repeatable
+    assert not Transfer(NAME, b"northfind").repeatable
+
+
 @pytest.mark.parametrize(
     ("transfer", "dialogue", "code"),
     [

@@ -60,12 +60,14 @@ class ScriptedNode:
         delay_s: From a request to its answer.
         answers: It does.
         beats: It does, where 1017h says so.
+        ignores: So many requests more, as if they had been lost.
         heard: Requests and commands.
     """
 
     def __init__(self, bus: MemoryBus, number: int = NUMBER, delay_s: float = 0.005) -> None:
         self.dictionary = Dictionary()
         self.delay_s, self.answers, self.beats = delay_s, True, True
+        self.ignores = 0
         self.heard: list[CanFrame] = []
         self._bus, self._number = bus, number
         self._server = SdoServer(self.dictionary)
@@ -90,7 +92,11 @@ class ScriptedNode:
 
     def _receive(self, frame: CanFrame) -> None:
         self.heard.append(frame)
-        if frame.can_id == 0x600 + self._number and self.answers:
+        if frame.can_id != 0x600 + self._number:
+            return
+        if self.ignores:
+            self.ignores -= 1
+        elif self.answers:
             loop = asyncio.get_running_loop()
             loop.call_later(self.delay_s, self._answer, frame.data)
 
@@ -253,10 +259,10 @@ def test_a_wrong_number_names_the_nodes_that_are_there(others: tuple[int, ...], 
         error = await failure_of(node.open())
         assert isinstance(error, LinkTimeoutError)
         assert str(error) == (
-            "The node 5 on sim:can did not answer within 0.5 s (asked for 1017h:0). Check its"
-            f" power, its node number and the bit rate. Others heard on this bus: {words}."
+            "The node 5 on sim:can did not answer within 0.5 s (asked for 1017h:0, 2 times). Check"
+            f" its power, its node number and the bit rate. Others heard on this bus: {words}."
         )
-        assert node.counters.lost == 1
+        assert node.counters.lost == 2
 
     run_virtual(run())
 
@@ -369,32 +375,53 @@ def test_a_bus_that_fails_is_told_to_who_waits_and_who_asks() -> None:
     converse(session)
 
 
-def test_an_answer_that_comes_after_all_is_no_second_device() -> None:
+@pytest.mark.parametrize("entry", [TYPE, NAME])
+def test_a_question_that_was_lost_is_asked_once_more(entry: Entry) -> None:
     async def session(node: CanopenNode, scripted: ScriptedNode, _: MemoryBus) -> None:
-        scripted.delay_s = 0.6
-        with pytest.raises(
-            LinkTimeoutError, match=r"did not answer within 0\.5 s \(asked for 1008h:0"
-        ):
-            await node.value(NAME)
-        scripted.delay_s = 0.005
-        await asyncio.sleep(0.2)
-        assert await node.number(TYPE) == 0x20192
-        assert await node.text_if_present(NAME) == "a drive for tables"
+        scripted.ignores = 1
+        assert await node.value(entry) == scripted.dictionary.values[entry]
         assert node.counters.lost == 1
 
     converse(session)
 
 
-def test_a_late_answer_while_the_same_is_asked_again_is_no_second_device() -> None:
+def test_a_number_that_is_written_is_never_sent_again_by_itself() -> None:
+    async def session(node: CanopenNode, scripted: ScriptedNode, _: MemoryBus) -> None:
+        scripted.ignores, heard = 1, len(scripted.heard)
+        with pytest.raises(LinkTimeoutError, match=r"within 0\.5 s \(asked for 607Ch:0\)"):
+            await node.write(OFFSET, 7, 4)
+        assert len(scripted.heard) == heard + 1
+
+    converse(session)
+
+
+@pytest.mark.parametrize("entry", [TYPE, NAME])
+def test_both_answers_to_a_question_asked_twice_are_its_own(entry: Entry) -> None:
     async def session(node: CanopenNode, scripted: ScriptedNode, _: MemoryBus) -> None:
         scripted.delay_s = 0.6
-        with pytest.raises(LinkTimeoutError):
-            await node.value(TYPE)
-        scripted.delay_s = 0.3
-        assert await node.number(TYPE) == 0x20192
-        await asyncio.sleep(0.5)
+        asking = asyncio.create_task(node.value(entry))
+        await asyncio.sleep(0.55)  # it is asked a second time by now
         scripted.delay_s = 0.005
+        assert await asking == scripted.dictionary.values[entry]
+        await asyncio.sleep(1.0)
         assert await node.number(TYPE) == 0x20192
+        assert node.counters.lost == 1
+
+    converse(session)
+
+
+@pytest.mark.parametrize("entry", [TYPE, NAME])
+def test_answers_that_come_after_all_are_no_second_device(entry: Entry) -> None:
+    async def session(node: CanopenNode, scripted: ScriptedNode, _: MemoryBus) -> None:
+        scripted.delay_s = 1.1
+        asked = rf"within 0\.5 s \(asked for {entry}, 2 times\)"
+        with pytest.raises(LinkTimeoutError, match=asked):
+            await node.value(entry)
+        scripted.delay_s = 0.3  # the first late answer comes while the same is asked again
+        assert await node.number(TYPE) == 0x20192
+        await asyncio.sleep(1.0)
+        assert await node.text_if_present(NAME) == "a drive for tables"
+        assert node.counters.lost == 2
 
     converse(session)
 

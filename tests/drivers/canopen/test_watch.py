@@ -60,4 +60,6 @@ def test_others_are_named_in_order_and_are_no_sign_of_life(watch: NodeWatch) -> 
     for other in (9, 7, 9):
         assert watch.note_heartbeat(other, NmtState.BOOT_UP, 10.4) is None
     assert watch.silence(10.5) is not None
-    assert "Others heard on this bus: nodes 7, 9." in str(watch.unanswered("1000h:0", 0.5))
+    error = watch.unanswered("1000h:0", 0.5, 2)
+    assert "(asked for 1000h:0, 2 times)" in str(error)
+    assert "Others heard on this bus: nodes 7, 9." in str(error)
