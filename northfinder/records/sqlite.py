@@ -11,6 +11,9 @@ from sqlalchemy.pool import ConnectionPoolEntry, PoolProxiedConnection
 from northfinder.records.errors import DatabaseUrlError, RecordsError
 
 _PATIENCE_S: Final = 5  # of every wait: for a lock, a free connection
+#: Of each connection. SQLite's own 2 MB fill up for hours as the file grows, and the system keeps
+#: the file in memory anyway.
+_CACHE_KIB: Final = 256
 
 
 def make_engine(url: URL) -> Engine:
@@ -20,12 +23,13 @@ def make_engine(url: URL) -> Engine:
         DatabaseUrlError: The URL names no file.
         RecordsError: The file or its folder cannot be made.
     """
-    is_plain = "uri" not in url.query  # an SQLite URI names an existing file, its own way
-    if is_plain:
-        _make_file(url)
+    if not url.database or url.database == ":memory:":
+        msg = "this database lives in memory and would lose every run; name a file: sqlite:///FILE"
+        raise DatabaseUrlError(msg)
     patient_url = url.update_query_dict({"timeout": str(_PATIENCE_S)} | url.query)
     engine = create_engine(patient_url, pool_timeout=_PATIENCE_S)
-    if is_plain:
+    if "uri" not in url.query:  # an SQLite URI names an existing file, its own way
+        _make_file(Path(url.database))
         event.listen(engine, "do_connect", _name_an_existing_file)
     event.listen(engine, "connect", _set_up)
     event.listen(engine, "checkout", _require_same_file)
@@ -55,11 +59,7 @@ def prepare_migration(connection: Connection) -> None:
     cursor.close()
 
 
-def _make_file(url: URL) -> None:
-    if not url.database or url.database == ":memory:":
-        msg = "this database lives in memory and would lose every run; name a file: sqlite:///FILE"
-        raise DatabaseUrlError(msg)
-    path = Path(url.database)
+def _make_file(path: Path) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if not path.exists():
@@ -81,6 +81,7 @@ def _set_up(connection: sqlite3.Connection, entry: ConnectionPoolEntry) -> None:
     connection.isolation_level = None  # SQLAlchemy's BEGIN below, not sqlite3's guess
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute(f"PRAGMA cache_size = -{_CACHE_KIB}")
     ((_, _, name),) = connection.execute("PRAGMA database_list").fetchall()
     entry.info["file"] = Path(name)
     entry.info["identity"] = _identity(Path(name))

@@ -89,9 +89,13 @@ def test_a_place_where_no_file_can_be_is_refused(tmp_path: Path) -> None:
         pytest.param("sqlite+nothing:///x.db", "no driver for the database", id="driver"),
     ],
 )
-def test_a_url_that_cannot_serve_is_refused(written: str, sentence: str) -> None:
+def test_a_url_that_cannot_serve_is_refused_and_leaves_no_file(
+    written: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(RecordsError, match=sentence):
         Records.open(written)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
