@@ -27,7 +27,7 @@ class Figure:
     def met(self) -> bool:
         """Say whether the promise is kept."""
         above = self.least is None or self.value >= self.least
-        return above and (self.most is None or self.value <= self.most)
+        return bool(above and (self.most is None or self.value <= self.most))
 
     @property
     def required(self) -> str:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from northfinder.cli.bench import MEASUREMENTS
@@ -209,6 +210,13 @@ def test_figures_survive_their_file(tmp_path: Path) -> None:
     figures = {"decode": [SPEED, LOST], "soak": [SLOW]}
     write_figures(tmp_path / "new" / "bench.json", figures)
     assert read_figures(tmp_path / "new" / "bench.json") == figures
+
+
+def test_a_figure_of_numpy_that_is_not_met_survives_its_file_too(tmp_path: Path) -> None:
+    slow = Figure("dask", np.float64(1.4), "times", 1.5, None)
+    write_figures(tmp_path / "bench.json", {"campaign-dask": [slow]})
+    assert read_figures(tmp_path / "bench.json") == {"campaign-dask": [slow]}
+    assert not slow.met
 
 
 TESTS = """
