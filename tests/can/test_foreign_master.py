@@ -9,7 +9,7 @@ from tests.can.onlookers import CHANNEL
 from tests.sim.test_cia402 import (  # noqa: F401 -- pytest finds them here
     bench,
     test_a_quick_stop_in_mid_move_ends_in_switch_on_disabled,
-    test_a_stall_during_homing_is_told_by_the_library,
+    test_a_stall_during_homing_is_an_error_of_homing,
     test_it_enables_homes_and_moves_in_profile_position,
     test_it_recovers_from_the_fault_of_a_stall,
     test_names_and_serial_number_are_read_in_segments,

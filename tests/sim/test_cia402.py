@@ -19,6 +19,7 @@ from tests.sim.can_serving import serving
 Drive: TypeAlias = Any  # a BaseNode402: the library is typed in part
 
 UNITS_PER_DEG = 10_000
+PATIENCE_S = 10.0
 #: tests/can has these tests on a kernel's bus too.
 CHANNELS = ["virtual:cia402", "slcan:pty"]
 
@@ -55,6 +56,7 @@ def a_bench(bus: tuple[str, str], start_deg: float) -> Iterator[Bench]:
         data_sheet = canopen.import_od(str(DATA_SHEET), 5)
         drive: Drive = BaseNode402(5, data_sheet)  # type: ignore[no-untyped-call]
         network.add_node(drive)
+        be_patient(drive)
         try:
             yield Bench(plate, device, drive, served.in_their_thread)
         finally:
@@ -76,7 +78,13 @@ def set_up(drive: Drive) -> None:
         drive.tpdo[1].wait_for_reception(1.0)
 
 
-def wait_until(holds: Callable[[], bool], timeout_s: float = 10.0) -> None:
+def be_patient(drive: Drive) -> None:
+    """Let the library wait as long as the tests do: its 0.2 to 0.8 s are a quiet computer's."""
+    drive.TIMEOUT_CHECK_TPDO = drive.TIMEOUT_SWITCH_OP_MODE = PATIENCE_S
+    drive.TIMEOUT_SWITCH_STATE_FINAL = drive.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE_S
+
+
+def wait_until(holds: Callable[[], bool], timeout_s: float = PATIENCE_S) -> None:
     deadline_s = time.monotonic() + timeout_s
     while not holds():
         assert time.monotonic() < deadline_s
@@ -98,6 +106,18 @@ def move(on: Bench, position: int) -> None:
     wait_until(lambda: bool(drive.statusword & 0x0408))
 
 
+def home(drive: Drive) -> None:
+    """Home by the handshake of homing mode, to its success or its error (CiA 402-2, 9.4).
+
+    ``BaseNode402.homing`` judges by the second status that it receives after its request: on a
+    busy computer that may be older than the request, and reads as a homing that did not start.
+    """
+    drive.op_mode = "HOMING"
+    drive.state = "OPERATION ENABLED"
+    drive.controlword = 0x1F
+    wait_until(lambda: bool(drive.statusword & 0x3000))
+
+
 def test_names_and_serial_number_are_read_in_segments(bench: Bench) -> None:
     assert bench.drive.sdo["Manufacturer device name"].raw == "Simulated CiA 402 drive"
     assert bench.drive.sdo["Identity object"]["Serial number"].raw == 4_020_017
@@ -107,10 +127,8 @@ def test_names_and_serial_number_are_read_in_segments(bench: Bench) -> None:
 def test_it_enables_homes_and_moves_in_profile_position(bench: Bench) -> None:
     drive = bench.drive
     assert drive.state == "SWITCH ON DISABLED"
-    drive.op_mode = "HOMING"
-    drive.state = "OPERATION ENABLED"
+    home(drive)
     assert drive.state == "OPERATION ENABLED"
-    assert drive.homing(timeout=10)
     assert drive.sdo[0x6064].raw == 0
     assert drive.is_homed()
 
@@ -126,9 +144,7 @@ def test_it_enables_homes_and_moves_in_profile_position(bench: Bench) -> None:
 
 def test_it_recovers_from_the_fault_of_a_stall(bench: Bench) -> None:
     drive = bench.drive
-    drive.op_mode = "HOMING"
-    drive.state = "OPERATION ENABLED"
-    assert drive.homing(timeout=10)
+    home(drive)
     drive.op_mode = "PROFILED POSITION"
     bench.in_its_thread(bench.plate.block_at, math.radians(5))
     move(bench, 10 * UNITS_PER_DEG)
@@ -145,11 +161,10 @@ def test_it_recovers_from_the_fault_of_a_stall(bench: Bench) -> None:
     assert drive.sdo[0x6064].raw == 10 * UNITS_PER_DEG
 
 
-def test_a_stall_during_homing_is_told_by_the_library(bench: Bench) -> None:
+def test_a_stall_during_homing_is_an_error_of_homing(bench: Bench) -> None:
     bench.in_its_thread(bench.plate.block_at, math.radians(2))
-    bench.drive.op_mode = "HOMING"
-    bench.drive.state = "OPERATION ENABLED"
-    assert not bench.drive.homing(timeout=10)
+    home(bench.drive)
+    assert not bench.drive.is_homed()
     wait_until(lambda: bench.drive.state == "FAULT")
     assert bench.drive.statusword & 0x3400 == 0x2400  # an error, and it stands
 
