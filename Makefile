@@ -22,21 +22,21 @@ NAMED = $(shell $(BIN)/python -m northfinder.proof.document --named-tests)
 TIMED = bash -c 'TIMEFORMAT="$@ took %0lR"; time "$$@"' timed
 
 .PHONY: serve test test-quick check proof soak clean system-packages
-.PHONY: proof-bench proof-long proof-named proof-speed proof-can proof-document
+.PHONY: proof-bench proof-long proof-named proof-alone proof-can proof-document
 
 serve: .venv/installed
 	$(BIN)/northfinder serve
 
 test: check system-packages
-	$(PYTEST) $(PARALLEL) --cov --cov-report= $(PURE) -m "not proof and not speed"
+	$(PYTEST) $(PARALLEL) --cov --cov-report= $(PURE) -m "not proof and not alone"
 	$(BIN)/coverage report --include='$(PURE_ROOMS)' --fail-under=100
-	$(PYTEST) $(PARALLEL) $(PURE:%=--ignore=%) -m "not proof and not speed"
+	$(PYTEST) $(PARALLEL) $(PURE:%=--ignore=%) -m "not proof and not alone"
 	tests/vcan/run $(PYTEST) -m "not proof" tests/can
-	$(PYTEST) -m "speed and not proof"
+	$(PYTEST) -m "alone and not proof"
 
 test-quick: .venv/installed-dev
 	@echo "test-quick: without lint, types, coverage, browser, PostgreSQL, timed and long tests"
-	$(PYTEST) $(PARALLEL) --ignore=tests/page -m "not proof and not speed and not slow and not postgresql"
+	$(PYTEST) $(PARALLEL) --ignore=tests/page -m "not proof and not alone and not slow and not postgresql"
 
 check: .venv/installed-dev
 	$(BIN)/ruff format --check .
@@ -45,23 +45,23 @@ check: .venv/installed-dev
 	$(BIN)/mypy --platform win32
 	$(BIN)/lint-imports
 
-# Every step runs although an earlier one failed, and each alone: they measure durations.
+# Every step runs although an earlier one failed.
 proof: .venv/installed-dev system-packages
 	rm -rf $(PROOF)
 	mkdir -p $(PROOF)
-	$(MAKE) --keep-going --jobs=1 proof-bench proof-long proof-named proof-speed proof-can soak proof-document
+	$(MAKE) --keep-going --jobs=1 proof-bench proof-long proof-named proof-alone proof-can soak proof-document
 
 proof-bench:
 	$(TIMED) $(BIN)/northfinder bench --require --json $(PROOF)/bench.json
 
 proof-long:
-	$(TIMED) $(PYTEST) -m proof --junitxml $(PROOF)/long.xml
+	$(TIMED) $(PYTEST) $(PARALLEL) -m "proof and not alone" --junitxml $(PROOF)/long.xml
 
 proof-named:
-	$(TIMED) $(PYTEST) -m "not proof and not speed" --junitxml $(PROOF)/named.xml $(filter-out tests/can/%,$(NAMED))
+	$(TIMED) $(PYTEST) $(PARALLEL) -m "not proof and not alone" --junitxml $(PROOF)/named.xml $(filter-out tests/can/%,$(NAMED))
 
-proof-speed:
-	$(TIMED) $(PYTEST) -m "speed and not proof" --junitxml $(PROOF)/speed.xml $(filter-out tests/can/%,$(NAMED))
+proof-alone:
+	$(TIMED) $(PYTEST) -m alone --junitxml $(PROOF)/alone.xml
 
 proof-can:
 	$(TIMED) tests/vcan/run $(PYTEST) --junitxml $(PROOF)/can.xml $(filter tests/can/%,$(NAMED))
@@ -69,7 +69,7 @@ proof-can:
 proof-document:
 	$(BIN)/python -m northfinder.proof.document --machine --require \
 		--bench $(addprefix $(PROOF)/,bench.json soak.json) \
-		--tests $(addprefix $(PROOF)/,long.xml named.xml speed.xml can.xml)
+		--tests $(addprefix $(PROOF)/,long.xml named.xml alone.xml can.xml)
 
 soak: .venv/installed-dev
 	$(TIMED) $(BIN)/python -m northfinder.proof.soak --minutes 30 --json $(PROOF)/soak.json

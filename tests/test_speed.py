@@ -11,7 +11,7 @@ from drivers.codecs.crc import crc32_mpeg2
 from drivers.codecs.kvh import FrameBlock, KvhDecoder, OutputFormat, encode_frames
 from northfinder.proof.measurements import harmonic_fit
 
-pytestmark = pytest.mark.speed
+pytestmark = pytest.mark.alone
 
 
 def best_s(job: Callable[[], object]) -> float:

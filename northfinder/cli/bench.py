@@ -66,7 +66,7 @@ MEASUREMENTS = {
     help="Write the figures there too.",
 )
 def bench(name: str | None, file: Path | None, *, require: bool) -> None:
-    """Measure this machine: one of the measurements, or all of them (about six minutes)."""
+    """Measure this machine: one of the measurements, or all of them (about half an hour)."""
     measured: dict[str, list[Figure]] = {}
     failed = False
     for each in [name] if name else MEASUREMENTS:

@@ -25,7 +25,7 @@ def best_s(job: Callable[[], object], repeats: int) -> float:
     return min(once() for _ in range(repeats))
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_fifteen_thousand_pairs_take_a_third_of_scipys_time(record_property: Record) -> None:
     _, V = gravity_fan(120.0, COUNT)
     rng = np.random.default_rng(1)
@@ -36,7 +36,7 @@ def test_fifteen_thousand_pairs_take_a_third_of_scipys_time(record_property: Rec
     assert ratio > 3.0
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_fifteen_thousand_attitudes_take_a_twentieth_of_ahrs_time(
     record_property: Record,
 ) -> None:
@@ -53,7 +53,7 @@ def test_fifteen_thousand_attitudes_take_a_twentieth_of_ahrs_time(
     assert ratio > 20.0
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 @pytest.mark.parametrize("method", ["quest-taper", "quest"])
 def test_a_stream_at_1_khz_takes_a_fifth_of_a_core_at_most(method: str) -> None:
     """Blocks of 50 samples, and a solution ten times a second after two minutes."""

@@ -37,7 +37,7 @@ def plain_updates_s() -> float:
     return updates_s(lambda: integrate(RATE, DT_S, "rate-vector"), UPDATES, 3)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_the_bulk_scan_is_twenty_times_as_fast_as_scipys_rotations_in_a_loop() -> None:
     steps = Rotation.from_rotvec(DT_S * RATE[:2000])
 
@@ -49,7 +49,7 @@ def test_the_bulk_scan_is_twenty_times_as_fast_as_scipys_rotations_in_a_loop() -
     assert plain_updates_s() > 20.0 * updates_s(looped, 2000)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_compiled_it_is_several_times_as_fast_as_pyins(record_property: Record) -> None:
     """From rates to attitudes, as pyins does it: rotation vectors, then its compiled loop."""
     pandas, strapdown = import_module("pandas"), import_module("pyins.strapdown")
@@ -71,7 +71,7 @@ def test_compiled_it_is_several_times_as_fast_as_pyins(record_property: Record) 
     assert ratio > 5.0
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 @pytest.mark.proof
 def test_bulk_integration_makes_four_million_updates_a_second(record_property: Record) -> None:
     updates = plain_updates_s()
@@ -79,7 +79,7 @@ def test_bulk_integration_makes_four_million_updates_a_second(record_property: R
     assert updates >= 4e6
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 @pytest.mark.proof
 def test_compiled_integration_makes_fifty_million_updates_a_second(
     record_property: Record,

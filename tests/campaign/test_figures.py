@@ -25,7 +25,7 @@ def test_what_is_stated_is_true(measure: Callable[[], Iterator[Figure]]) -> None
     assert [figure for figure in measure() if not figure.met] == []
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_thousands_at_once_cost_a_fraction_of_one_by_one() -> None:
     """The public estimators called for each seek, against the same in blocks: the same work."""
     campaign = planned(SEQUENTIAL, tilt_deg=10.0, seeks=10_000)

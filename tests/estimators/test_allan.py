@@ -165,7 +165,7 @@ def test_what_is_no_record_is_refused(
         overlapping_allan_deviation(rate, period_s, taus)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_an_hour_at_1_khz_takes_less_than_two_seconds(record_property: Record) -> None:
     rate = np.random.default_rng(7).standard_normal(3_600_000)
     began_s = time.process_time()

@@ -49,13 +49,14 @@ def _loads_s(browsing: Browsing, service: ServiceProcess, count: int) -> list[fl
     return sorted(loads_s)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_the_first_page_is_usable_at_once(browsing: Browsing, service: ServiceProcess) -> None:
     # The best of three: the machine may be busy with something else in any one of them.
     best_s, *others_s = _loads_s(browsing, service, 3)
     assert best_s < _USABLE_S, others_s
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 def test_the_first_page_is_usable_at_once_ten_times(
     browsing: Browsing, service: ServiceProcess, record_property: Record

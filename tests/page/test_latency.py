@@ -140,7 +140,7 @@ def _first_after(since_s: float, times_s: Iterable[float]) -> float:
     return next(time_s for time_s in times_s if time_s >= since_s) - since_s
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
     browsing: Browsing, tmp_path: Path, record_property: Record
 ) -> None:
@@ -162,6 +162,7 @@ def test_a_click_shows_north_within_ten_seconds_and_every_step_at_once(
     assert p95_s(delays.charts) < _CHARTS_S * _ALLOWANCE
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 @pytest.mark.timeout(400)
 @pytest.mark.parametrize(("speed", "plan"), [("1", (12, 1)), ("2", (24, 2)), ("5", (24, 5))])

@@ -140,7 +140,7 @@ def test_an_instrument_of_one_axis_is_refused() -> None:
     assert "sends no valid rate y, rate z, force x" in outcome.reason
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_a_stream_of_1_khz_takes_less_than_a_fifth_of_one_core(record_property: Record) -> None:
     """Bytes, drivers, alignment and the simulated vehicle together."""
     began_s = time.process_time()

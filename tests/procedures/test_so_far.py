@@ -62,7 +62,7 @@ def test_residuals_are_held_against_the_configured_noise_at_the_end() -> None:
     assert "seen within the visits" in seek.checks[1].detail
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_the_estimate_of_a_long_run_costs_little_more_than_its_visits() -> None:
     """Growing with the square of the visits, 1440 would cost 900 times what 48 do."""
 

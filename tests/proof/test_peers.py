@@ -24,7 +24,7 @@ def wahba() -> Iterator[Figure]:
     return peers.wahba_peers(SLOW_MACHINE, 5_000)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 @pytest.mark.parametrize("measure", [attitude, wahba])
 def test_the_peers_find_the_same_and_take_longer(measure: Callable[[], Iterator[Figure]]) -> None:
     """That both find the same is asserted before either is timed."""
@@ -33,7 +33,7 @@ def test_the_peers_find_the_same_and_take_longer(measure: Callable[[], Iterator[
         assert "1.0 GB/s" in figure.limit
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 @pytest.mark.slow
 def test_the_service_answers_no_slower_than_a_few_of_the_plainest_app() -> None:
     figures = list(service_peers(requests=100, runs=3))

@@ -10,7 +10,7 @@ from northfinder.proof.soak import Account, growth_of, soak
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_some_seconds_of_work_lose_nothing() -> None:
     """So short, the memory tells of no leak, only that runs do not pile up."""
     lost, missed, growth = soak(duration_s=15.0, settled_s=10.0, subscribers=20)
@@ -19,6 +19,7 @@ def test_some_seconds_of_work_lose_nothing() -> None:
     assert growth.value < 50.0, growth
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 @pytest.mark.timeout(300)
 def test_a_minute_and_a_half_of_work_loses_nothing_and_lets_nothing_grow() -> None:

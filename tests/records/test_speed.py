@@ -77,7 +77,7 @@ def calls(records: Records) -> dict[str, Callable[[], object]]:
     }
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_a_list_is_as_fast_from_many_runs_as_from_few(records: Records) -> None:
     add_runs(records, 500)
     few = {name: min(durations_s(call, 20)) for name, call in calls(records).items()}
@@ -90,6 +90,7 @@ def test_a_list_is_as_fast_from_many_runs_as_from_few(records: Records) -> None:
     assert max(slower.values()) < 4.0, slower
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 def test_a_list_of_ten_thousand_runs_takes_less_than_30_ms(records: Records) -> None:
     add_runs(records, 10_000)

@@ -74,7 +74,7 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     return url
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_the_history_of_a_thousand_runs_comes_at_once(tmp_path: Path, url: str) -> None:
     """The median, for one in a hundred says more of this machine's other work."""
     with service_with(tmp_path, url, 1000) as (service, ids):
@@ -82,6 +82,7 @@ def test_the_history_of_a_thousand_runs_comes_at_once(tmp_path: Path, url: str) 
             assert np.median(latencies_ms(service, paths, 100)) < ALLOWED_MS, name
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 @pytest.mark.timeout(600)
 def test_the_history_of_ten_thousand_runs_comes_within_30_ms(

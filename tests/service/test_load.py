@@ -7,7 +7,7 @@ import pytest
 from northfinder.proof.service_load import service_load
 
 pytestmark = [
-    pytest.mark.speed,
+    pytest.mark.alone,
     pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX"),
 ]
 

@@ -112,6 +112,7 @@ def test_every_answer_is_a_documented_one(case: Case, stage: Stage) -> None:
     stage.ask(case)
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 @pytest.mark.timeout(600)  # a hundred certificates
 @described(boundaries=True).parametrize()
@@ -120,8 +121,9 @@ def test_every_answer_of_two_thousand_is_a_documented_one(case: Case, stage: Sta
     stage.ask(case)
 
 
+@pytest.mark.alone
 @pytest.mark.proof
 def test_two_thousand_were_asked(stage: Stage, record_property: Record) -> None:
-    """After the test above, of which pytest makes one for each operation."""
+    """After the test above, of which pytest makes one for each operation, in this process."""
     record_property("measured", f"{stage.asked} asked")
     assert stage.asked >= LEAST_EXAMPLES

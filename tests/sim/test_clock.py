@@ -91,7 +91,7 @@ def test_paced_time_never_runs_ahead_and_does_not_race_after_a_long_stall() -> N
     assert after_s >= 0.9 * 4.0 / SPEED  # ordinary lag is made good
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_paced_time_keeps_its_pace_within_two_percent() -> None:
     async def measure() -> float:
         loop = asyncio.get_running_loop()

@@ -353,7 +353,7 @@ def test_times_that_are_none_are_refused(time_s: list[float]) -> None:
         base.felt(np.array([1.0]), 0.0)
 
 
-@pytest.mark.speed
+@pytest.mark.alone
 def test_bursts_at_1_khz_take_at_most_two_per_cent_of_a_core() -> None:
     base = RockingBase(nominal(LATITUDE_RAD, 1))
     base.felt(ends(0.001, 0.02), 0.001)
