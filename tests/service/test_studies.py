@@ -140,7 +140,7 @@ def test_a_study_under_way_does_not_hold_up_the_end(tmp_path: Path) -> None:
         waiting = threading.Thread(target=_ask_in_vain, args=(service.address,))
         waiting.start()
         service.wait_for_log(f"study {_SLOW} is worked through")
-        assert service.end() < 3.0
+        assert service.end() < 8.0  # the study has a dozen seconds to go, more on a busy computer
         waiting.join()
 
 

@@ -80,6 +80,7 @@ def set_up(drive: Drive) -> None:
 
 def be_patient(drive: Drive) -> None:
     """Let the library wait as long as the tests do: its 0.2 to 0.8 s are a quiet computer's."""
+    drive.sdo.RESPONSE_TIMEOUT = PATIENCE_S
     drive.TIMEOUT_CHECK_TPDO = drive.TIMEOUT_SWITCH_OP_MODE = PATIENCE_S
     drive.TIMEOUT_SWITCH_STATE_FINAL = drive.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE_S
 
