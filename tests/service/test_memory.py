@@ -38,6 +38,22 @@ def test_what_lies_between_pieces_in_use_is_given_back(monkeypatch: pytest.Monke
     assert len(in_use) == 4096
 
 
+def test_a_collection_leaves_out_what_the_start_has_made() -> None:
+    """In a process of its own: nothing of pytest's shall stay for ever."""
+    code = """
+import gc, weakref
+from northfinder.service.memory import set_the_start_apart
+import northfinder.service.app
+class Ring: pass
+set_the_start_apart()
+ring = Ring(); ring.itself = ring; gone = weakref.ref(ring); del ring
+gc.collect()
+print(gone() is None, len(gc.get_objects()) < 0.1 * gc.get_freeze_count())
+"""
+    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert told.stdout.split() == ["True", "True"]
+
+
 def test_exports_take_their_memory_from_the_c_library() -> None:
     """In a process of its own: Arrow asks once, and here somebody may have imported it before."""
     code = (
