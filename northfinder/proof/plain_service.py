@@ -33,6 +33,7 @@ async def _serve(answers: Answers) -> None:
     # sets no TCP_NODELAY, and every answer waits 40 ms for an acknowledgement.
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listening:
         listening.bind(("127.0.0.1", 0))
+        listening.listen()  # uvicorn does so after its start: until then a client is refused
         ports = (each.getsockname()[1] for each in (listening, bare.sockets[0]))
         sys.stdout.write(" ".join(map(str, ports)) + "\n")
         sys.stdout.flush()
