@@ -12,8 +12,7 @@ from drivers.errors import DriverError
 from drivers.interfaces import CanFrame, Counters, FloatArray, IntArray
 
 _KEPT = 1000
-_LATEST_S = 0.3  # an answer so late belongs to no SYNC any more
-_SURE = 10  # answers in a row; a computer that was held up catches up before
+_SURE = 20  # answers in a row that shall show whether they catch up
 
 
 class SyncClock:
@@ -21,7 +20,7 @@ class SyncClock:
 
     A device answers in order, and its answer may come after the next SYNC was sent: so each
     belongs to the oldest SYNC that has none. Where answers lag behind and do not catch up, some
-    were lost.
+    were lost; a device or a bus that was held up for a moment does catch up.
 
     Args:
         node: Who answers.
@@ -69,16 +68,22 @@ class SyncClock:
         """Return the number of the SYNC that an answer belongs to; those left out are lost."""
         newest = self._ticks - 1
         tick = max(self._answered + 1, self._ticks - len(self._sent))
-        while tick < newest and time_s - self._sent_s(tick) > _LATEST_S:
-            tick += 1
         self._behind.append(self._sent_between(tick, time_s))
-        if len(self._behind) == _SURE and min(self._behind) > 0:
-            tick += min(self._behind)
-            self._behind.clear()
-        tick = min(tick, newest)
+        tick = min(tick + self._left_out(), newest)
         self._counters.lost += max(0, tick - self._answered - 1)
         self._answered = max(self._answered, tick)
         return tick
+
+    def _left_out(self) -> int:
+        """Return by how many answers the last ones are behind for good; then begin anew."""
+        if len(self._behind) < _SURE:
+            return 0
+        behind = list(self._behind)
+        before, now = min(behind[: _SURE // 2]), min(behind[_SURE // 2 :])
+        if before == 0 or now < before:  # not behind, or catching up
+            return 0
+        self._behind.clear()
+        return before
 
     def _sent_between(self, tick: int, time_s: float) -> int:
         """Return how many SYNCs after this one had been sent by a time."""

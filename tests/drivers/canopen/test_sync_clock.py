@@ -72,6 +72,32 @@ def test_answers_that_come_after_the_next_sync_keep_their_places() -> None:
     assert counters.lost == 0
 
 
+@pytest.mark.parametrize("each_s", [0.0, 0.003, 0.006], ids=lambda each_s: f"{each_s:g} s each")
+def test_a_device_that_was_held_up_and_catches_up_has_lost_nothing(each_s: float) -> None:
+    """For half a second it answers nothing, then all that waits, one after the other."""
+    ticks, _, counters = placed(lambda sent: [[t] for t in held_up(sent, each_s)], syncs=200)
+    assert ticks == list(range(200))
+    assert counters.lost == 0
+
+
+def test_what_is_lost_while_answers_wait_is_counted_once_they_have_caught_up() -> None:
+    def one_fewer(sent: list[float]) -> list[list[float]]:
+        return [[t] for n, t in enumerate(held_up(sent, 0.003)) if n != 30]
+
+    ticks, _, counters = placed(one_fewer, syncs=200)
+    assert counters.lost == 1
+    assert ticks[-1] == 199
+
+
+def held_up(sent: list[float], each_s: float) -> list[float]:
+    """Return when a device answers that cannot from the 20th SYNC to the 70th."""
+    answered_s: list[float] = []
+    for n, asked_s in enumerate(sent):
+        free_s = sent[70] if n == 20 else answered_s[-1] + each_s if n > 20 else 0.0
+        answered_s.append(max(asked_s + 0.001, free_s))
+    return answered_s
+
+
 def test_a_lost_answer_is_counted_once_the_others_stay_ahead() -> None:
     ticks, _, counters = placed(lambda sent: [[t + 0.001] for n, t in enumerate(sent) if n != 20])
     assert counters.lost == 1
@@ -79,12 +105,12 @@ def test_a_lost_answer_is_counted_once_the_others_stay_ahead() -> None:
     assert len(set(ticks)) == 59
 
 
-def test_a_long_silence_is_counted_at_once() -> None:
+def test_a_long_silence_is_counted() -> None:
     ticks, _, counters = placed(
-        lambda sent: [[t + 0.001] for n, t in enumerate(sent) if not 10 <= n < 50]
+        lambda sent: [[t + 0.001] for n, t in enumerate(sent) if not 10 <= n < 50], syncs=80
     )
     assert ticks[:10] == list(range(10))
-    assert ticks[-1] == 59
+    assert ticks[-1] == 79
     assert counters.lost == 40
 
 
