@@ -118,7 +118,7 @@ def test_another_thread_wakes_a_paced_loop_at_once_and_at_the_right_time(
         if scheduled_s is not None:
             loop.call_later(scheduled_s, print)
         began_s, wall_s = loop.time(), time.monotonic()
-        timer = threading.Timer(0.2, call)
+        timer = threading.Timer(1.0, call)
         timer.start()
         await woken.wait()
         timer.join()
@@ -126,8 +126,8 @@ def test_another_thread_wakes_a_paced_loop_at_once_and_at_the_right_time(
         return late_s, (loop.time() - began_s) / SPEED - (called_s[0] - wall_s)
 
     late_s, error_s = paced(wait())
-    assert late_s < 0.1
-    assert abs(error_s) < 0.1
+    assert late_s < 0.5
+    assert abs(error_s) < 0.5
 
 
 def test_paced_time_goes_on_while_a_thread_job_is_pending() -> None:
