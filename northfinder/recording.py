@@ -113,6 +113,7 @@ class RecordedRun:
         self._progress = run.progress
         self._unwritten: deque[_Job] = deque()
         self._draining: asyncio.Task[None] | None = None
+        self._over = False
 
     @property
     def settled(self) -> bool:
@@ -137,11 +138,11 @@ class RecordedRun:
                 self._rig, self._plan, self._emit, done=done, elapsed_s=elapsed_s, gate=self.gate
             )
         except asyncio.CancelledError:
-            await self._write(lambda: self._change_state(self.cancelled_as))
+            await self._end(lambda: self._change_state(self.cancelled_as))
             raise
         except Exception as error:
             reason = sentence_of(error)
-            await self._write(lambda: self._fail(reason))
+            await self._end(lambda: self._fail(reason))
             raise
         return await self._finish(self._procedure.result_json(result))
 
@@ -156,12 +157,19 @@ class RecordedRun:
             # Whoever is cancelled here leaves the task to the next call: it goes on, and nothing
             # is written twice.
             await asyncio.wait([draining])
-            self._draining = None
+            if self._draining is draining:  # else something was told since, and is being written
+                self._draining = None
             draining.result()
 
     def warn(self, message: str) -> None:
-        """Add a warning to the run's events."""
-        self._tell("warning", {"message": message})
+        """Add a warning to the run's events; after its end it is no part of it."""
+        if not self._over:
+            self._tell("warning", {"message": message})
+
+    async def _end(self, job: _Job) -> None:
+        """Write how it ended, as the last of it."""
+        self._over = True
+        await self._write(job)
 
     async def _write(self, job: _Job) -> None:
         """Write, after all that was told before, and wait until it is durable."""
@@ -220,7 +228,7 @@ class RecordedRun:
             ):
                 self._publish(event)
 
-        await self._write(write)
+        await self._end(write)
         return result
 
     async def _emit(self, event: Event) -> None:

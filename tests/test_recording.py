@@ -265,6 +265,35 @@ def test_what_the_records_cannot_take_is_written_once_they_can(url: str) -> None
     assert "free some space" in str(run.error)
 
 
+def warnings_of(url: str) -> list[str]:
+    with Records.open(url) as store:
+        (run,) = store.page(2).runs
+        events = store.events(run.id)
+    return [event.data["message"] for event in events if event.event == "warning"]
+
+
+def test_what_is_told_in_the_moment_a_write_ends_is_written_once(url: str) -> None:
+    """Between the end of the task that writes and the wake-up of whoever waits for it."""
+
+    def tell_then(life: Life, event: RunEvent) -> None:
+        if event.event == "visit":
+            asyncio.get_running_loop().call_soon(life.run.warn, f"after {visit_of(event)}")
+
+    record(url, tell_then)
+    assert warnings_of(url) == [f"after {index}" for index in range(8)]
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_a_warning_after_the_end_is_no_part_of_the_run(url: str, *, later: bool) -> None:
+    def tell_at_the_end(life: Life, event: RunEvent) -> None:
+        if event.event == "state" and event.data["state"] == "completed":
+            loop = asyncio.get_running_loop()
+            loop.call_soon(life.run.warn, "late") if later else life.run.warn("late")
+
+    record(url, tell_at_the_end)
+    assert (the_run(url)[0].state, warnings_of(url)) == ("completed", [])
+
+
 def test_the_truth_of_the_simulation_is_kept_with_the_run(url: str) -> None:
     result = record(url, simulation={"azimuth_deg": 200.0, "seed": 7})
     run, _ = the_run(url)
