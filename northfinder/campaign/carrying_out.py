@@ -38,10 +38,9 @@ def carry_out(
     if output is None:
         return _counted(campaign, dask_address, progress)
     folder = CampaignFolder.open(output, campaign)
-    finished = folder.finished()
-    done = sum(campaign.seeks_in(chunk) for chunk in finished)
+    done = folder.kept_seeks
     progress(done)
-    with closing(chunk_results(campaign, run_chunk, dask_address, finished)) as results:
+    with closing(chunk_results(campaign, run_chunk, dask_address, folder.finished())) as results:
         for chunk, columns in results:
             folder.keep(chunk, columns)
             done += campaign.seeks_in(chunk)

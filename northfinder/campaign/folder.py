@@ -68,6 +68,11 @@ class CampaignFolder:
             return set(range(self._campaign.chunks))
         return {int(file.stem) for file in (self.path / _CHUNKS).glob("*.parquet")}
 
+    @property
+    def kept_seeks(self) -> int:
+        """Return how many seeks are kept."""
+        return sum(self._campaign.seeks_in(chunk) for chunk in self.finished())
+
     def keep(self, chunk: int, columns: Columns) -> None:
         """Keep a chunk, whole or not at all."""
         file = self._chunk_file(chunk)

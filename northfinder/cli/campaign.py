@@ -13,7 +13,9 @@ from rich.text import Text
 
 from northfinder.campaign.campaign_json import campaign_json, write_summary
 from northfinder.campaign.carrying_out import carry_out
+from northfinder.campaign.folder import CampaignFolder
 from northfinder.campaign.planning import plan_campaign
+from northfinder.campaign.settings import Campaign
 from northfinder.cli.display import STATUS, plain_table, table_console
 from northfinder.cli.options import json_option, plan_options, rig_options
 from northfinder.cli.progress import progress_bar
@@ -67,7 +69,7 @@ def campaign(
     azimuth_deg = _fixed_azimuth_deg(config)
     settings |= {"seed": config.simulation.seed, "azimuth_deg": azimuth_deg}
     planned, prediction = plan_campaign(config, plan, **settings)
-    with _SeeksProgress(planned.seeks, output) as progress:
+    with _SeeksProgress(planned, output) as progress:
         tally = carry_out(planned, output, dask, progress.show)
     result = campaign_json(planned, prediction, tally)
     result["files"] = [] if output is None else write_summary(output, result, tally)
@@ -87,16 +89,17 @@ class _SeeksProgress:
     """One line on stderr; nothing where stderr is no terminal.
 
     Args:
-        seeks: In all.
+        planned: What is carried out.
         output: Where finished chunks are kept, if anywhere.
     """
 
-    def __init__(self, seeks: int, output: Path | None) -> None:
+    def __init__(self, planned: Campaign, output: Path | None) -> None:
         console = Console(stderr=True, highlight=False)
-        self._seeks, self._output = seeks, output
-        self._begun_s, self._done = time.monotonic(), 0
+        self._folder = None if output is None else CampaignFolder(output, planned)
+        self._seeks, self._begun_s = planned.seeks, time.monotonic()
+        self._is_ours = False  # the folder: another campaign may be there
         self._bar = progress_bar(console, transient=True, disable=not console.is_terminal)
-        self._task = self._bar.add_task("beginning", total=seeks, left="")
+        self._task = self._bar.add_task("beginning", total=planned.seeks, left="")
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -104,13 +107,16 @@ class _SeeksProgress:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._bar.stop()
-        if kind is not None and self._output is not None and self._done:
-            kept = f"{self._done:,} of {self._seeks:,} seeks are kept in {self._output}"
-            click.echo(f"northfinder: {kept}; the same command goes on from there", err=True)
+        if kind is None or self._folder is None or not self._is_ours:
+            return
+        # Counted there: whoever interrupts may do so after a chunk is kept and before it is shown.
+        if kept := self._folder.kept_seeks:
+            said = f"{kept:,} of {self._seeks:,} seeks are kept in {self._folder.path}"
+            click.echo(f"northfinder: {said}; the same command goes on from there", err=True)
 
     def show(self, done: int) -> None:
         """Take how many seeks are done, those of an earlier beginning too."""
-        self._done = done
+        self._is_ours = True
         elapsed_s = time.monotonic() - self._begun_s
         left = f"{duration(elapsed_s * (self._seeks - done) / done)} left" if done else ""
         said = f"{done:,} of {self._seeks:,} seeks"

@@ -7,6 +7,8 @@ from xml.etree import ElementTree as ET
 import pytest
 from pyarrow import parquet
 
+from northfinder.campaign.chunks import Columns
+from northfinder.campaign.folder import CampaignFolder
 from tests.cli.conftest import Northfinder
 
 SOME = ("campaign", "--seeks", "2000")
@@ -100,6 +102,23 @@ def test_another_campaigns_folder_is_refused(northfinder: Northfinder, tmp_path:
     answer = northfinder(*SOME, "--output", str(tmp_path / "kept"), "--tilt", "3")
     assert answer.code == 2
     assert "tilt_deg = None there, 3.0 here" in answer.err
+
+
+def test_an_interruption_says_what_is_kept_up_to_the_last_chunk(
+    northfinder: Northfinder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even if it comes when a chunk is kept and not yet counted."""
+    keep = CampaignFolder.keep
+
+    def interrupted(folder: CampaignFolder, chunk: int, columns: Columns) -> None:
+        keep(folder, chunk, columns)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(CampaignFolder, "keep", interrupted)
+    answer = northfinder("campaign", "--seeks", "20000", "--output", str(tmp_path / "kept"))
+    assert answer.code == 130
+    chunk = f"{parquet.read_table(next((tmp_path / 'kept/chunks').iterdir())).num_rows:,}"
+    assert f"{chunk} of 20,000 seeks are kept in {tmp_path / 'kept'}; the same" in answer.err
 
 
 def test_hardware_in_the_configuration_is_simulated_and_not_opened(
