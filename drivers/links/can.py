@@ -20,8 +20,10 @@ from drivers.interfaces import CanFrame
 from drivers.links.can_port import CanPort
 
 _WAIT_S = 0.05
-_BURST_S = 0.005
-_BURST_FRAMES = 2000
+_GATHER_S = 0.005
+#: However many frames wait: where a busy computer reads them only as fast as they come, a burst
+#: that ended with the last of them would keep the drivers waiting until they call nodes silent.
+_LONGEST_BURST_S = 0.02
 _BUFFER_BYTES = 1 << 22
 _SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
 #: Long beside the pauses of a busy computer: pyserial calls a write late although it is done.
@@ -172,7 +174,7 @@ class CanBus:
             if burst:
                 offset_s = loop.time() - time.time()
                 loop.call_soon_threadsafe(self._hand_over, burst, offset_s, loop.time())
-                closing.wait(_BURST_S)
+                closing.wait(_GATHER_S)
 
     def _hand_over(self, burst: list[can.Message], offset_s: float, now_s: float) -> None:
         for message in burst:
@@ -211,16 +213,17 @@ def _enlarge_buffer(bus: can.BusABC) -> None:
 def _burst(bus: can.BusABC) -> list[can.Message]:
     """Return what has arrived, waiting a little for the first; a line that is no frame is none."""
     burst: list[can.Message] = []
-    timeout_s = _WAIT_S
-    while len(burst) < _BURST_FRAMES:
+    end_s = time.monotonic() + _WAIT_S
+    while (left_s := end_s - time.monotonic()) > 0.0:
         try:
-            message = bus.recv(timeout_s)
+            message = bus.recv(0.0 if burst else left_s)
         except ValueError:  # slcan: noise on the serial line
             continue
         if message is None:
             break
+        if not burst:
+            end_s = time.monotonic() + _LONGEST_BURST_S
         burst.append(message)
-        timeout_s = 0.0
     return burst
 
 

@@ -29,12 +29,14 @@ def cansend(frame: str) -> None:
     subprocess.run(["cansend", CHANNEL, frame], check=True)  # noqa: S607 -- wherever it is
 
 
-def wait_until(holds: Callable[[], object], timeout_s: float = SOON_S) -> None:
+def wait_until(
+    holds: Callable[[], object], timeout_s: float = SOON_S, pause_s: float = 0.005
+) -> None:
     """Wait for what no event tells."""
     deadline_s = time.monotonic() + timeout_s
     while not holds():
         assert time.monotonic() < deadline_s
-        time.sleep(0.005)
+        time.sleep(pause_s)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ _PROGRAM = (sys.executable, "-m", "northfinder")
 #: The gyro's noise, in the simulation and in the client's predictions alike.
 NOISE_DEG_SQRT_H = 1e-4
 _START_S, _RUN_S = 20.0, 60.0
+_PAUSE_S = 0.1  # looking into the records is work, and a guest kernel has one processor for all
 _HOMING = {(0x6099, 1): 180, (0x6099, 2): 180, (0x609A, 0): 720}  # deg/s, deg/s^2
 _MOVES = {(0x6081, 0): 360, (0x6083, 0): 720}
 _UNITS_PER_DEG = 10_000
@@ -46,11 +47,11 @@ class Rig:
 
     def wait_for_visits(self, count: int) -> None:
         """Wait until so many visits are in the records."""
-        wait_until(lambda: self.run()[2] >= count, _RUN_S)
+        wait_until(lambda: self.run()[2] >= count, _RUN_S, _PAUSE_S)
 
     def wait_for_end(self, within_s: float) -> None:
         """Wait until the run has ended."""
-        wait_until(lambda: self.run()[0] in ENDED, within_s)
+        wait_until(lambda: self.run()[0] in ENDED, within_s, _PAUSE_S)
 
 
 def rig(folder: Path, nodes: tuple[int, int] = (5, 6), gyro_address: int | None = None) -> Rig:

@@ -12,6 +12,7 @@ from typing import Any
 
 import can
 import pytest
+from can.interfaces.virtual import VirtualBus
 from serial import serialposix
 
 from drivers.errors import LinkTimeoutError, TransportError
@@ -118,6 +119,23 @@ def test_two_ports_share_one_bus_each_with_its_filters(channel: str, other: can.
         other.send(can.Message(arbitration_id=0x706, is_extended_id=False))
         assert [frame.can_id for frame in await read(second, 1)] == [0x706]
         await second.close()
+
+    on_bus(channel, session)
+
+
+def test_frames_that_come_as_fast_as_they_are_read_are_handed_over(
+    channel: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a computer that is too busy to catch up: the kernel always has one more."""
+
+    def another(*_: Any) -> can.Message:  # noqa: ANN401 - as python-can's
+        time.sleep(0.001)
+        return can.Message(arbitration_id=0x705, is_extended_id=False, timestamp=time.time())
+
+    async def session(_: CanBus, port: CanPort) -> None:
+        monkeypatch.setattr(VirtualBus, "recv", another)
+        for _once in range(5):
+            await port.read(0.4)  # in time: a node is silent after 0.5 s
 
     on_bus(channel, session)
 
