@@ -1,4 +1,4 @@
-"""Simulated nodes on a bus where other programs are: whatever comes is passed both ways."""
+"""Simulated nodes on a bus where other programs are: what may concern them is passed both ways."""
 
 import asyncio
 import contextlib
@@ -6,12 +6,14 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from drivers.errors import LinkTimeoutError, TransportError
-from drivers.interfaces import CanFrame
+from drivers.interfaces import CanFilter, CanFrame
 from drivers.links.can_port import CanPort
 from drivers.links.memory_can import MemoryBus
 
 _TICK_S = 0.5
 _RETRY_S = 1.0
+#: No device here takes a frame of 29 bits; what others fill a bus with often has them.
+_STANDARD = CanFilter(0, 0)
 
 
 @asynccontextmanager
@@ -24,6 +26,7 @@ async def bridged(bus: MemoryBus, outside: CanPort) -> AsyncIterator[None]:
         TransportError: The outside cannot be opened to begin with.
     """
     bridge = _Bridge(bus, outside)
+    outside.set_filters([_STANDARD])
     await outside.open()
     bus.attach(bridge.leave)
     task = asyncio.create_task(bridge.enter_for_ever(), name=f"bridge to {outside.name}")
@@ -49,7 +52,7 @@ class _Bridge:
             self._outside.post(frame)
 
     async def enter_for_ever(self) -> None:
-        """Pass every frame from outside to the devices."""
+        """Pass every frame that came in to the devices."""
         while True:
             try:
                 arrivals = await self._outside.read(_TICK_S)
