@@ -28,7 +28,7 @@ _BUFFER_BYTES = 1 << 22
 _SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
 #: Long beside the pauses of a busy computer: pyserial calls a write late although it is done.
 _SEND_S = 1.0
-_JITTER_S = 1.0  # beyond it an interface's timestamps are not the system's time
+_OLDEST_S = 10.0  # the kernel keeps less; what seems older has no timestamp of the system's time
 
 #: linux/can/error.h: classes of error frames, in their identifier.
 _BUS_OFF = 0x40
@@ -190,7 +190,7 @@ class CanBus:
                 message.is_remote_frame,
             )
             since_s = now_s - (message.timestamp + offset_s)
-            arrival_s = now_s - since_s if 0.0 <= since_s < _JITTER_S else now_s
+            arrival_s = now_s - since_s if 0.0 <= since_s < _OLDEST_S else now_s
             for port in self._ports:
                 port.receive(frame, arrival_s)
 

@@ -104,7 +104,7 @@ def foreign_load(folder: Path, seconds: int) -> Iterator[None]:
 
 @pytest.mark.proof
 def test_a_bus_that_others_fill_to_80_percent_loses_nothing(tmp_path: Path) -> None:
-    """In the long form: on a computer of half the pace the guest answers no SDO in time.
+    """In the long form: it takes all of the guest's one processor for half a minute.
 
     That the kernel's filters lose nothing under that load is ``test_vcan``'s, in every run.
     """

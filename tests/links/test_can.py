@@ -140,6 +140,34 @@ def test_frames_that_come_as_fast_as_they_are_read_are_handed_over(
     on_bus(channel, session)
 
 
+@pytest.mark.parametrize(
+    ("stamp_s", "age_s"),
+    [
+        (lambda now_s: now_s - 3.0, 3.0),  # the kernel kept it while the computer was busy
+        (lambda now_s: now_s + 0.5, 0.0),  # the system's time was set back
+        (lambda _: 1000.0, 0.0),  # the interface counts from its own start
+    ],
+    ids=["waited", "later than now", "own clock"],
+)
+def test_a_frame_arrived_when_its_timestamp_says_if_that_is_the_system_s_time(
+    channel: str,
+    monkeypatch: pytest.MonkeyPatch,
+    stamp_s: Callable[[float], float],
+    age_s: float,
+) -> None:
+    def stamped(*_: Any) -> can.Message:  # noqa: ANN401 - as python-can's
+        time.sleep(0.001)
+        return can.Message(arbitration_id=0x705, timestamp=stamp_s(time.time()))
+
+    async def session(_: CanBus, port: CanPort) -> None:
+        monkeypatch.setattr(VirtualBus, "recv", stamped)
+        arrival_s = (await port.read(SOON_S)).times_s[-1]
+        waited_s = asyncio.get_running_loop().time() - arrival_s
+        assert age_s - 0.01 < waited_s < age_s + 0.5
+
+    on_bus(channel, session)
+
+
 def test_the_controller_filters_what_nobody_wants(channel: str, other: can.BusABC) -> None:
     """python-can's own filter, where it has no better one: the frame does not reach any port."""
 
