@@ -28,7 +28,7 @@ _BUFFER_BYTES = 1 << 22
 _SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
 #: Long beside the pauses of a busy computer: pyserial calls a write late although it is done.
 _SEND_S = 1.0
-_OLDEST_S = 10.0  # the kernel keeps less; what seems older has no timestamp of the system's time
+_OLDEST_S = 10.0  # what seems to have waited longer has no timestamp of the system's time
 
 #: linux/can/error.h: classes of error frames, in their identifier.
 _BUS_OFF = 0x40
