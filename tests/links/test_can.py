@@ -123,17 +123,25 @@ def test_two_ports_share_one_bus_each_with_its_filters(channel: str, other: can.
     on_bus(channel, session)
 
 
+def keep_full(
+    monkeypatch: pytest.MonkeyPatch, stamp_s: Callable[[float], float] = lambda now_s: now_s
+) -> None:
+    """Let the interface have one more frame whenever it is asked, after a millisecond."""
+
+    def another(*_: Any) -> can.Message:  # noqa: ANN401 - as python-can's
+        time.sleep(0.001)
+        return can.Message(arbitration_id=0x705, timestamp=stamp_s(time.time()))
+
+    monkeypatch.setattr(VirtualBus, "recv", another)
+
+
 def test_frames_that_come_as_fast_as_they_are_read_are_handed_over(
     channel: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As on a computer that is too busy to catch up: the kernel always has one more."""
 
-    def another(*_: Any) -> can.Message:  # noqa: ANN401 - as python-can's
-        time.sleep(0.001)
-        return can.Message(arbitration_id=0x705, is_extended_id=False, timestamp=time.time())
-
     async def session(_: CanBus, port: CanPort) -> None:
-        monkeypatch.setattr(VirtualBus, "recv", another)
+        keep_full(monkeypatch)
         for _once in range(5):
             await port.read(0.4)  # in time: a node is silent after 0.5 s
 
@@ -155,12 +163,8 @@ def test_a_frame_arrived_when_its_timestamp_says_if_that_is_the_system_s_time(
     stamp_s: Callable[[float], float],
     age_s: float,
 ) -> None:
-    def stamped(*_: Any) -> can.Message:  # noqa: ANN401 - as python-can's
-        time.sleep(0.001)
-        return can.Message(arbitration_id=0x705, timestamp=stamp_s(time.time()))
-
     async def session(_: CanBus, port: CanPort) -> None:
-        monkeypatch.setattr(VirtualBus, "recv", stamped)
+        keep_full(monkeypatch, stamp_s)
         arrival_s = (await port.read(SOON_S)).times_s[-1]
         waited_s = asyncio.get_running_loop().time() - arrival_s
         assert age_s - 0.01 < waited_s < age_s + 0.5
