@@ -21,7 +21,7 @@ from drivers.links.can import CanBus
 from drivers.links.can_port import CanPort
 from sim.pty import serve_on_pty
 
-SOON_S = 2.0
+SOON_S = 5.0
 BUS_OFF = 0x40  # linux/can/error.h
 _numbers = count()
 

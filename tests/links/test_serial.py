@@ -278,11 +278,10 @@ def test_a_serial_server_is_reached_by_its_socket_and_its_end_is_told() -> None:
                 assert await read_exactly(link, 5) == b"world"
             with pytest.raises(TransportError, match="socket disconnected"):
                 await link.read(2.0)
-        began_s = time.monotonic()
         ticking = asyncio.create_task(asyncio.sleep(0.01))
         closing = asyncio.create_task(link.close())
         await ticking
-        assert time.monotonic() - began_s < 0.2  # pyserial's 0.3 s must not hold the loop up
+        assert not closing.done()  # pyserial's 0.3 s must not hold the loop up
         await closing
 
     run(session())

@@ -15,6 +15,9 @@ from sim.canopen.node import SimulatedNode
 from sim.pty import serve_on_pty
 from sim.slcan import SlcanAdapter
 
+#: How long a client of other make waits: its own 0.2 to 0.8 s are a quiet computer's.
+PATIENCE_S = 10.0
+
 
 class Served(NamedTuple):
     """Nodes that live.

@@ -14,12 +14,11 @@ from canopen.profiles.p402 import BaseNode402
 
 from sim.devices.cia402 import DATA_SHEET, SimulatedCia402
 from sim.motion import Plate
-from tests.sim.can_serving import serving
+from tests.sim.can_serving import PATIENCE_S, serving
 
 Drive: TypeAlias = Any  # a BaseNode402: the library is typed in part
 
 UNITS_PER_DEG = 10_000
-PATIENCE_S = 10.0
 #: tests/can has these tests on a kernel's bus too.
 CHANNELS = ["virtual:cia402", "slcan:pty"]
 
@@ -66,7 +65,7 @@ def a_bench(bus: tuple[str, str], start_deg: float) -> Iterator[Bench]:
 def set_up(drive: Drive) -> None:
     """Do what the profile expects: heartbeat first, then cyclic PDOs, then OPERATIONAL."""
     drive.sdo[0x1017].raw = 50
-    drive.nmt.wait_for_heartbeat(2.0)
+    drive.nmt.wait_for_heartbeat(PATIENCE_S)
     drive.setup_402_state_machine()
     for pdo in (drive.tpdo[1], drive.tpdo[2]):
         pdo.event_timer = 20
@@ -75,11 +74,11 @@ def set_up(drive: Drive) -> None:
     wait_until(lambda: drive.nmt.state == "OPERATIONAL")
     # Two receptions tell the library that they are cyclic.
     for _ in range(2):
-        drive.tpdo[1].wait_for_reception(1.0)
+        drive.tpdo[1].wait_for_reception(PATIENCE_S)
 
 
 def be_patient(drive: Drive) -> None:
-    """Let the library wait as long as the tests do: its 0.2 to 0.8 s are a quiet computer's."""
+    """Let the library wait as long as the tests do."""
     drive.sdo.RESPONSE_TIMEOUT = PATIENCE_S
     drive.TIMEOUT_CHECK_TPDO = drive.TIMEOUT_SWITCH_OP_MODE = PATIENCE_S
     drive.TIMEOUT_SWITCH_STATE_FINAL = drive.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE_S

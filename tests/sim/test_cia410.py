@@ -16,7 +16,7 @@ from sim.canopen.node import SimulatedNode
 from sim.clock import run_virtual
 from sim.devices.cia410 import DATA_SHEET, SimulatedCia410
 from sim.interfaces import Felt
-from tests.sim.can_serving import serving
+from tests.sim.can_serving import PATIENCE_S, serving
 
 Network: TypeAlias = Any  # a canopen.Network: the library is typed in part
 
@@ -51,7 +51,8 @@ def network(bus: tuple[str, str]) -> Iterator[Network]:
     with serving(*bus, device) as served:
         network: Network = canopen.Network()
         network.connect(**served.client)
-        network.add_node(canopen.RemoteNode(6, canopen.import_od(str(DATA_SHEET), 6)))
+        node = network.add_node(canopen.RemoteNode(6, canopen.import_od(str(DATA_SHEET), 6)))
+        node.sdo.RESPONSE_TIMEOUT = PATIENCE_S
         try:
             yield network
         finally:
@@ -90,7 +91,7 @@ def test_after_each_sync_it_sends_both_slopes(network: Network) -> None:
     for _ in range(3):
         received.clear()
         network.sync.transmit()
-        assert received.wait(2.0)
+        assert received.wait(PATIENCE_S)
         slopes = node.tpdo[1]
         assert slopes["Slope longitudinal, 32 bit"].raw == 1234
         assert slopes["Slope lateral, 32 bit"].raw == -2500
@@ -99,10 +100,10 @@ def test_after_each_sync_it_sends_both_slopes(network: Network) -> None:
 def test_its_heartbeat_tells_its_state(network: Network) -> None:
     node = network[6]
     node.sdo["Producer heartbeat time"].raw = 20
-    assert node.nmt.wait_for_heartbeat(2.0) == "PRE-OPERATIONAL"
+    assert node.nmt.wait_for_heartbeat(PATIENCE_S) == "PRE-OPERATIONAL"
     node.nmt.state = "OPERATIONAL"
-    node.nmt.wait_for_heartbeat(2.0)
-    assert node.nmt.wait_for_heartbeat(2.0) == "OPERATIONAL"
+    node.nmt.wait_for_heartbeat(PATIENCE_S)
+    assert node.nmt.wait_for_heartbeat(PATIENCE_S) == "OPERATIONAL"
 
 
 def frames_of(device: SimulatedCia410, *sent: tuple[float, CanFrame]) -> list[CanFrame]:
