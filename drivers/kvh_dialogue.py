@@ -115,7 +115,8 @@ class KvhDialogue:
     async def verify_rate(self, rate_hz: int) -> FrameBlock:
         """Count frames until their rate is the configured one, and return the last of them.
 
-        By then the frames that a change of settings invalidates have passed.
+        By then the frames that a change of settings invalidates have passed. A computer that was
+        held up gets many at once, so a rate that is off is measured again from there on.
 
         Raises:
             ProtocolError: The rate is another.
@@ -131,6 +132,7 @@ class KvhDialogue:
                 measured_hz = counted / elapsed_s
                 if abs(measured_hz / rate_hz - 1.0) <= _RATE_TOLERANCE:
                     return block
+                counted, start_s = 0, self._arrival_s
         msg = (
             f"{self._link.name}: the KVH is set to {rate_hz} Hz but sends {measured_hz:.0f} Hz; "
             "check that its baud rate carries the data rate"

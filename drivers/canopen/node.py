@@ -229,21 +229,26 @@ class CanopenNode:
         raise RefusedError(msg, code)
 
     async def _listen(self) -> None:
-        # Silence is judged by what was read, not by the clock: a loop that was held up has not
-        # read yet what came meanwhile.
-        heard_until_s = asyncio.get_running_loop().time()
+        loop = asyncio.get_running_loop()
+        begun_s = loop.time()
         while self._failure is None:
-            try:
-                arrivals = await self._link.read(_TICK_S)
-            except LinkTimeoutError:
-                heard_until_s += _TICK_S
-            except TransportError as error:
-                self._fail(error)
-            else:
-                heard_until_s = arrivals.arrival_s
-                for frame, time_s in zip(*arrivals, strict=True):
-                    self._take(frame, time_s)
-            self._fail(self._watch.silence(heard_until_s))
+            heard = await self._heard()
+            ended_s = loop.time()
+            self._watch.note_listening(ended_s - begun_s)
+            begun_s = ended_s
+            for frame, time_s in heard:
+                self._take(frame, time_s)
+            self._fail(self._watch.silence())
+
+    async def _heard(self) -> list[tuple[CanFrame, float]]:
+        """Return what came within a tick, and when: perhaps nothing."""
+        try:
+            return list(zip(*await self._link.read(_TICK_S), strict=True))
+        except LinkTimeoutError:
+            pass
+        except TransportError as error:
+            self._fail(error)
+        return []
 
     def _take(self, frame: CanFrame, time_s: float) -> None:
         beat = decode_heartbeat(frame)

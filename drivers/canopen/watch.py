@@ -7,6 +7,7 @@ from drivers.errors import DriverError, LinkTimeoutError, ProtocolError, Transpo
 
 HEARTBEAT_S = 0.1
 _SILENCE_S = 5 * HEARTBEAT_S
+_LISTENED_S = HEARTBEAT_S  # at most: whatever took longer held the listener up
 _WINDOW_S = 1.0
 _TOO_MANY = 1.5 * _WINDOW_S / HEARTBEAT_S
 
@@ -23,14 +24,23 @@ class NodeWatch:
         self._name = name
         self._node = node
         self._others: set[int] = set()
-        self._since_s: float | None = None
+        self._expecting = False
+        self._missed_s = 0.0
         self._beat_s = 0.0
         self._frame_s = 0.0
         self._beats: deque[float] = deque()
 
     def expect_heartbeats(self, now_s: float) -> None:
         """Miss the heartbeat from now on: it was asked to come every ``HEARTBEAT_S``."""
-        self._since_s = self._beat_s = now_s
+        self._expecting, self._missed_s, self._beat_s = True, 0.0, now_s
+
+    def note_listening(self, duration_s: float) -> None:
+        """Note that the bus was listened to for so long, before what was heard meanwhile.
+
+        A listener that was held up has not heard yet what came, and a node that stands on the
+        same computer was held up too: only some of that time counts as listened to.
+        """
+        self._missed_s += min(duration_s, _LISTENED_S)
 
     def note_frame(self, time_s: float) -> None:
         """Note that the node sent something."""
@@ -41,14 +51,14 @@ class NodeWatch:
         if node != self._node:
             self._others.add(node)
             return None
-        if self._since_s is None:
+        if not self._expecting:
             return None
         if state is NmtState.BOOT_UP:
             return TransportError(
                 f"The {self._name} has restarted: it lost power for a moment, or a second device"
                 " with this node number was switched on. Check its supply, then resume."
             )
-        self._beat_s = time_s
+        self._missed_s, self._beat_s = 0.0, time_s
         self._beats.append(time_s)
         while self._beats[0] < time_s - _WINDOW_S:
             self._beats.popleft()
@@ -72,9 +82,9 @@ class NodeWatch:
             f" Others heard on this bus: {heard}."
         )
 
-    def silence(self, now_s: float) -> DriverError | None:
+    def silence(self) -> DriverError | None:
         """Return what is to be said once the heartbeat has been missed for too long."""
-        if self._since_s is None or now_s - self._beat_s < _SILENCE_S:
+        if not self._expecting or self._missed_s < _SILENCE_S:
             return None
         # A node that dies may have answered once more after its last heartbeat.
         if self._frame_s - self._beat_s > 0.5 * _SILENCE_S:

@@ -8,9 +8,11 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Iterable
 import numpy as np
 import pytest
 
+from drivers.codecs.kvh import KvhDecoder
 from drivers.errors import DeviceFaultError, DriverError, LinkTimeoutError, ProtocolError
 from drivers.interfaces import FloatArray, SampleBlock
 from drivers.kvh import Kvh
+from drivers.kvh_dialogue import KvhDialogue
 from drivers.links.memory import MemoryLink
 from sim.clock import run_virtual
 from sim.devices.kvh import SimulatedKvh
@@ -293,6 +295,30 @@ def test_a_kvh_that_hears_nothing_is_told_from_a_silent_one() -> None:
             rig.link._on_write = lambda _: None
             with pytest.raises(LinkTimeoutError, match="sends data but does not answer"):
                 await Kvh(rig.link).open()
+
+    outcome(scenario())
+
+
+def test_a_computer_that_was_held_up_does_not_make_the_rate_another() -> None:
+    """What came in 0.6 s is read at once, burst by burst, from where the rate is measured."""
+
+    async def scenario() -> None:
+        async with powered(SimulatedKvh(Still())) as rig:
+            await rig.link.open()
+            held: list[bytes] = []
+
+            def hold_back(data: bytes) -> Iterable[bytes]:
+                held.append(data)
+                return []
+
+            rig.spoil = hold_back
+            verifying = asyncio.create_task(KvhDialogue(rig.link, KvhDecoder()).verify_rate(1000))
+            await asyncio.sleep(0.6)
+            rig.spoil = lambda data: [data]
+            for burst in held:
+                rig.link.deliver(burst)
+                await asyncio.sleep(0.001)
+            await verifying
 
     outcome(scenario())
 
