@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Callable, Sequence
 
 from drivers.canopen.questions import Questions
-from drivers.canopen.watch import HEARTBEAT_S, NodeWatch
+from drivers.canopen.watch import HEARTBEAT_S, LISTEN_S, NodeWatch
 from drivers.codecs.canopen import (
     EMERGENCY,
     HEARTBEAT,
@@ -23,7 +23,6 @@ from drivers.errors import DriverError, LinkTimeoutError, RefusedError, Transpor
 from drivers.interfaces import CanArrivals, CanFilter, CanFrame, CanLink, Counters
 from drivers.links.inbox import FrameInbox
 
-_TICK_S = HEARTBEAT_S / 2
 _GATHER_S = 0.05
 _STANDARD = 0x7FF
 _ALL_HEARTBEATS = CanFilter(HEARTBEAT, 0x780)
@@ -241,9 +240,9 @@ class CanopenNode:
             self._fail(self._watch.silence())
 
     async def _heard(self) -> list[tuple[CanFrame, float]]:
-        """Return what came within a tick, and when: perhaps nothing."""
+        """Return what came in a moment, and when: perhaps nothing."""
         try:
-            return list(zip(*await self._link.read(_TICK_S), strict=True))
+            return list(zip(*await self._link.read(LISTEN_S), strict=True))
         except LinkTimeoutError:
             pass
         except TransportError as error:

@@ -6,8 +6,8 @@ from drivers.codecs.canopen import NmtState
 from drivers.errors import DriverError, LinkTimeoutError, ProtocolError, TransportError
 
 HEARTBEAT_S = 0.1
+LISTEN_S = HEARTBEAT_S / 2  # at a time; whatever takes longer held the listener up
 _SILENCE_S = 5 * HEARTBEAT_S
-_LISTENED_S = HEARTBEAT_S  # at most: whatever took longer held the listener up
 _WINDOW_S = 1.0
 _TOO_MANY = 1.5 * _WINDOW_S / HEARTBEAT_S
 
@@ -40,7 +40,7 @@ class NodeWatch:
         A listener that was held up has not heard yet what came, and a node that stands on the
         same computer was held up too: only some of that time counts as listened to.
         """
-        self._missed_s += min(duration_s, _LISTENED_S)
+        self._missed_s += min(duration_s, LISTEN_S)
 
     def note_frame(self, time_s: float) -> None:
         """Note that the node sent something."""

@@ -7,6 +7,7 @@ used.
 
 import asyncio
 import contextlib
+import errno
 import socket
 import threading
 import time
@@ -30,6 +31,9 @@ _SO_RCVBUFFORCE = 33  # Linux; Python has no name for it
 _SEND_S = 1.0
 _OLDEST_S = 10.0  # what seems to have waited longer has no timestamp of the system's time
 
+#: The interface is down or gone. The kernel says so once, to whoever uses the socket next: where
+#: that is a sender, the reader waits for ever.
+_GONE = {errno.ENETDOWN, errno.ENODEV, errno.ENXIO}
 #: linux/can/error.h: classes of error frames, in their identifier.
 _BUS_OFF = 0x40
 _ERRORS: tuple[type[Exception], ...] = (can.CanError, OSError)
@@ -113,6 +117,8 @@ class CanBus:
             self._bus.send(message, timeout=_SEND_S)
         except _SENDING_ERRORS as error:
             reason = error.__cause__ or error  # slcan says no more than that it could not write
+            if isinstance(reason, OSError) and reason.errno in _GONE:
+                self._fail(f"has failed ({reason}); check interface and cable")
             msg = f"{self.name} takes no frame ({reason}); check cable and termination"
             raise TransportError(msg) from error
 

@@ -1,5 +1,6 @@
 """A simulated sensor that sends one signal of a DBC file, and takes no command."""
 
+import asyncio
 from collections.abc import Callable
 from typing import ClassVar, Self
 
@@ -11,6 +12,7 @@ from sim.interfaces import Felt, Sensing
 from sim.pacing import bursts
 
 _USUAL_PERIOD_S = 0.01  # of a message whose file does not say
+_TOGETHER = 10  # messages: then others come to speak, however many a late computer still owes
 
 
 class SimulatedDbc:
@@ -65,8 +67,11 @@ class SimulatedDbc:
             felt = self._sensing.sense(time_s, self._period_s)
             counter = np.arange(self._sent, self._sent + len(time_s))
             self._sent += len(time_s)
-            for frame in self._decoder.encode(self._axis(felt), counter, self._sender):
+            frames = self._decoder.encode(self._axis(felt), counter, self._sender)
+            for number, frame in enumerate(frames, 1):
                 self._send(frame)
+                if number % _TOGETHER == 0:
+                    await asyncio.sleep(0.0)
 
     def _axis(self, felt: Felt) -> FloatArray:
         is_rate = self._decoder.quantity == "rate"

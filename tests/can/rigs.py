@@ -45,9 +45,16 @@ class Rig:
                 return run.state, found.error or "", len(store.visits(run.id))
         return "", "", 0
 
-    def wait_for_visits(self, count: int) -> None:
-        """Wait until so many visits are in the records."""
-        wait_until(lambda: self.run()[2] >= count, _RUN_S, _PAUSE_S)
+    def wait_for_visits(self, count: int, client: "subprocess.Popen[str]") -> None:
+        """Wait until so many visits are in the records; the client must not end before."""
+
+        def come() -> bool:
+            if self.run()[2] >= count:
+                return True
+            assert client.poll() is None, client.communicate(timeout=_START_S)[1]
+            return False
+
+        wait_until(come, _RUN_S, _PAUSE_S)
 
     def wait_for_end(self, within_s: float) -> None:
         """Wait until the run has ended."""

@@ -1,6 +1,7 @@
 """A bus that python-can opens: its `virtual` one, in real time, with its own ends as the others."""
 
 import asyncio
+import errno
 import select
 import sys
 import threading
@@ -249,6 +250,27 @@ def test_an_interface_that_goes_away_fails_every_port(channel: str) -> None:
         )
         with pytest.raises(TransportError, match="has failed"):
             await port.write(CanFrame(1))
+
+    on_bus(channel, session)
+
+
+def test_an_interface_that_only_a_sender_is_told_of_fails_every_port(
+    channel: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As Linux does: the error of a socket is given once, to whoever uses it next."""
+
+    def down(*_: Any, **__: Any) -> None:  # noqa: ANN401 - as python-can's
+        raise can.CanOperationError from OSError(errno.ENETDOWN, "Network is down")
+
+    async def session(bus: CanBus, port: CanPort) -> None:
+        second = CanPort(bus)
+        await second.open()
+        waiting = asyncio.create_task(second.read(60.0))
+        await asyncio.sleep(0)
+        monkeypatch.setattr(VirtualBus, "send", down)
+        assert "takes no frame" in await failure_of(port.write(CanFrame(1)))
+        assert "has failed ([Errno 100] Network is down)" in await failure_of(waiting)
+        await second.close()
 
     on_bus(channel, session)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.canopen.watch import HEARTBEAT_S, NodeWatch
+from drivers.canopen.watch import HEARTBEAT_S, LISTEN_S, NodeWatch
 from drivers.codecs.canopen import NmtState
 from drivers.errors import LinkTimeoutError, ProtocolError, TransportError
 
@@ -25,9 +25,9 @@ def test_a_steady_heartbeat_gives_nothing_away(watch: NodeWatch) -> None:
 
 
 def listen(watch: NodeWatch, duration_s: float) -> None:
-    """Listen as a node does, twice within a heartbeat."""
-    for _ in range(round(duration_s / 0.05)):
-        watch.note_listening(0.05)
+    """Listen as a node does."""
+    for _ in range(round(duration_s / LISTEN_S)):
+        watch.note_listening(LISTEN_S)
 
 
 @pytest.mark.parametrize(("frame_s", "words"), [(10.4, "firmware hangs"), (10.0, "silent for 0.5")])
@@ -37,7 +37,7 @@ def test_half_a_second_without_a_heartbeat_is_silence(
     watch.note_frame(frame_s)
     listen(watch, 0.45)
     assert watch.silence() is None
-    watch.note_listening(0.0501)
+    listen(watch, 0.1)
     error = watch.silence()
     assert isinstance(error, LinkTimeoutError)
     assert words in str(error)
@@ -48,7 +48,7 @@ def test_a_listener_that_was_held_up_takes_no_node_for_silent(watch: NodeWatch) 
     watch.note_listening(3.0)
     watch.note_frame(13.0)
     assert watch.silence() is None
-    listen(watch, 0.45)
+    listen(watch, 0.5)
     assert watch.silence() is not None
 
 
