@@ -8,6 +8,7 @@ from drivers.errors import DriverError, LinkTimeoutError, ProtocolError, Transpo
 HEARTBEAT_S = 0.1
 LISTEN_S = HEARTBEAT_S / 2  # at a time; whatever takes longer held the listener up
 _SILENCE_S = 5 * HEARTBEAT_S
+_ROUNDING_S = 1e-9  # sums of spells are not exact
 _WINDOW_S = 1.0
 _TOO_MANY = 1.5 * _WINDOW_S / HEARTBEAT_S
 
@@ -84,7 +85,7 @@ class NodeWatch:
 
     def silence(self) -> DriverError | None:
         """Return what is to be said once the heartbeat has been missed for too long."""
-        if not self._expecting or self._missed_s < _SILENCE_S:
+        if not self._expecting or self._missed_s < _SILENCE_S - _ROUNDING_S:
             return None
         # A node that dies may have answered once more after its last heartbeat.
         if self._frame_s - self._beat_s > 0.5 * _SILENCE_S:

@@ -14,16 +14,22 @@ PLAN = ("--positions", "4", "--dwell", "2")
 #: Twice what is promised, for a guest kernel has one processor for all that runs here; the
 #: promise itself is held to in virtual time, by tests/procedures/test_can_rig.py.
 NOTICED_S = 4.0
-#: The address of a gyro of NMEA 2000: it sends ten messages a second. The thousand of the other are
-#: most of what a guest can do, and what a stall of its computer holds up is made good too slowly.
-GYRO = 35
+
+
+def light_rig(folder: Path, nodes: tuple[int, int] = (5, 6)) -> Rig:
+    """Write a rig whose gyro is one of NMEA 2000: it sends ten messages a second.
+
+    The thousand of the other are most of what a guest can do, and what a stall of its computer
+    holds up is made good too slowly.
+    """
+    return rig(folder, nodes, gyro_address=35)
 
 
 @pytest.fixture(scope="module")
 def instruments(tmp_path_factory: pytest.TempPathFactory) -> Iterator["subprocess.Popen[str]"]:
     """Instruments that outlive the failures of the bus; the last test takes their power away."""
     folder = tmp_path_factory.mktemp("instruments")
-    with simulating(rig(folder, gyro_address=GYRO), fast_moves=False) as process:
+    with simulating(light_rig(folder), fast_moves=False) as process:
         yield process
 
 
@@ -44,15 +50,13 @@ def ended_by(spoil: Callable[[], object], bench: Rig) -> str:
 
 @pytest.mark.usefixtures("instruments")
 def test_a_controller_that_goes_bus_off(tmp_path: Path) -> None:
-    assert "socketcan vcan0 is bus-off" in ended_by(
-        lambda: cansend(BUS_OFF), rig(tmp_path, gyro_address=GYRO)
-    )
+    assert "socketcan vcan0 is bus-off" in ended_by(lambda: cansend(BUS_OFF), light_rig(tmp_path))
 
 
 @pytest.mark.usefixtures("instruments")
 def test_an_interface_that_is_switched_off(tmp_path: Path) -> None:
     try:
-        sentence = ended_by(lambda: ip_link("down"), rig(tmp_path, gyro_address=GYRO))
+        sentence = ended_by(lambda: ip_link("down"), light_rig(tmp_path))
     finally:
         ip_link("up")
     assert "vcan0" in sentence
@@ -63,7 +67,7 @@ def test_an_interface_that_is_switched_off(tmp_path: Path) -> None:
 def test_a_wrong_node_number_is_told_with_the_nodes_that_are_heard(tmp_path: Path) -> None:
     for node in (5, 6):
         write(node, 0x1017, 0, 100, 2)  # heartbeat, ms
-    bench = rig(tmp_path, (7, 6), GYRO)
+    bench = light_rig(tmp_path, (7, 6))
     with seeking(bench, *PLAN) as client:
         sentence = error_of(client)
     assert "node 7 on socketcan vcan0 did not answer" in sentence
@@ -74,6 +78,6 @@ def test_a_wrong_node_number_is_told_with_the_nodes_that_are_heard(tmp_path: Pat
 def test_nodes_that_lose_their_power_amid_a_move(
     tmp_path: Path, instruments: "subprocess.Popen[str]"
 ) -> None:
-    sentence = ended_by(instruments.kill, rig(tmp_path, gyro_address=GYRO))
+    sentence = ended_by(instruments.kill, light_rig(tmp_path))
     assert "node 5 on socketcan vcan0" in sentence
     assert "did not answer" in sentence or "has been silent" in sentence

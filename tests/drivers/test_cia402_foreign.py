@@ -33,7 +33,7 @@ NODE = 17
 SPEED_DEG_S, HOMING_DEG_S = 60.0, 40.0
 MARK_DEG = -8.0  # where the home switch is, from where the drive is switched on
 MILLIDEGREE = 1e-3
-SOON_S = 5.0
+SOON_S = 2.0
 _channels = count()
 
 Row = tuple[int, int, int, str, Any]

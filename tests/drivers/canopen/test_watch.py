@@ -37,7 +37,7 @@ def test_half_a_second_without_a_heartbeat_is_silence(
     watch.note_frame(frame_s)
     listen(watch, 0.45)
     assert watch.silence() is None
-    listen(watch, 0.1)
+    listen(watch, 0.05)
     error = watch.silence()
     assert isinstance(error, LinkTimeoutError)
     assert words in str(error)
@@ -47,8 +47,9 @@ def test_a_listener_that_was_held_up_takes_no_node_for_silent(watch: NodeWatch) 
     """What came meanwhile is not read yet, and others' frames may come before the heartbeat."""
     watch.note_listening(3.0)
     watch.note_frame(13.0)
+    listen(watch, 0.4)
     assert watch.silence() is None
-    listen(watch, 0.5)
+    listen(watch, 0.05)
     assert watch.silence() is not None
 
 
@@ -77,7 +78,7 @@ def test_a_heartbeat_ten_percent_fast_is_one_node(watch: NodeWatch) -> None:
 def test_others_are_named_in_order_and_are_no_sign_of_life(watch: NodeWatch) -> None:
     for other in (9, 7, 9):
         assert watch.note_heartbeat(other, NmtState.BOOT_UP, 10.4) is None
-    listen(watch, 0.55)
+    listen(watch, 0.5)
     assert watch.silence() is not None
     error = watch.unanswered("1000h:0", 0.5, 2)
     assert "(asked for 1000h:0, 2 times)" in str(error)
